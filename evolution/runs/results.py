@@ -137,15 +137,17 @@ def failing_controller_sentence(results: Mapping[str, Any], runs: Sequence[Row])
 def typical_repeat(entry: Mapping[str, Any]) -> int:
     """Return the repeat of a map whose times are nearest to their medians, as ratios; the first where one failed.
 
+    Controllers may have different numbers of repeats; only those that all of them have are compared.
+
     Args:
         entry: A map in ``best_results.json``.
     """
-    times = [[one["time_s"] for one in runs if one["outcome"] == "goal"] for runs in entry["runs"].values()]
-    repeats = max(map(len, entry["runs"].values()))
-    if min(map(len, times)) < max(repeats, 1):
+    of_controllers = list(entry["runs"].values())
+    shared = min(map(len, of_controllers))
+    if not shared or any(one["outcome"] != "goal" for runs in of_controllers for one in runs):
         return 0
-    table = np.array(times)
-    distances = np.abs(np.log(table / np.median(table, axis=1, keepdims=True))).sum(axis=0)
+    times = [np.array([one["time_s"] for one in runs]) for runs in of_controllers]
+    distances = sum(np.abs(np.log(some[:shared] / np.median(some))) for some in times)
     return int(np.argmin(distances))
 
 

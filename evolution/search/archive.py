@@ -76,7 +76,7 @@ class Archive:
         self._drive_stages(dict.fromkeys(scenarios, self.plan.repeats), self.stages, first, going_on)
         return [self.results_of(map_set) for map_set in map_sets]
 
-    def drive(self, repeats: Mapping[str, int], *, everyone: bool = False, going_on: GoingOn | None = None) -> None:
+    def drive(self, repeats: Mapping[str, int], *, everyone: bool = False) -> None:
         """Drive known maps until each controller has a number of runs on them; earlier runs count.
 
         Failures in earlier repeats do not end the stages of later ones.
@@ -84,11 +84,24 @@ class Archive:
         Args:
             repeats: For each map, by digest, the number of runs.
             everyone: Whether controllers drive even where others fail.
-            going_on: Returns which maps, of those that got some of these runs, get those of their next stage; None for
-                all.
         """
         known = {name: self.repeats_of(name) for name in repeats}
-        self._drive_stages(repeats, self._everyone if everyone else self.stages, known, going_on)
+        self._drive_stages(repeats, self._everyone if everyone else self.stages, known)
+
+    def drive_more(self, further: Mapping[str, Sequence[int]]) -> None:
+        """Drive further runs on known maps; controllers may get different numbers of them.
+
+        Args:
+            further: For each map, by digest, the number of further runs of each controller.
+        """
+        self._drive(
+            [
+                self.plan.job(self.scenarios[name], place, driven + number)
+                for name, counts in further.items()
+                for place, (driven, count) in enumerate(zip(self.runs_of(name), counts, strict=True))
+                for number in range(count)
+            ]
+        )
 
     def complete(self, map_sets: Iterable[MapSet]) -> None:
         """Drive the runs of these sets that controllers lack on maps where another controller has more."""
@@ -124,6 +137,10 @@ class Archive:
     def results_of(self, map_set: MapSet) -> SetResults:
         """Return the results of a set of evaluated maps."""
         return tuple(self.results(scenario.world_digest) for scenario in map_set)
+
+    def runs_of(self, digest: str) -> tuple[int, ...]:
+        """Return the number of runs of each controller on a map."""
+        return tuple(map(len, self._runs[digest]))
 
     def repeats_of(self, digest: str) -> int:
         """Return the number of repeats of a map."""
@@ -166,7 +183,11 @@ class Archive:
         )
 
     def _drive_stages(
-        self, repeats: Mapping[str, int], stages: Stages, since: Mapping[str, int], going_on: GoingOn | None
+        self,
+        repeats: Mapping[str, int],
+        stages: Stages,
+        since: Mapping[str, int],
+        going_on: GoingOn | None = None,
     ) -> None:
         """Drive maps stage by stage until a run fails; failures before the repeat ``since`` do not count."""
         names, begun = list(repeats), {name for name in repeats if self.repeats_of(name) > since[name]}

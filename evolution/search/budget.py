@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 
 from evolution.search.archive import Archive
 from evolution.search.settings import EvolveSettings
@@ -49,3 +49,8 @@ class Budget:
         """Return the number of runs until maps of the archive, by digest, have so many repeats."""
         missing = (wanted - self.archive.repeats_of(digest) for digest, wanted in repeats.items())
         return self.controllers * sum(max(number, 0) for number in missing)
+
+
+def runs_in(further: Mapping[str, Sequence[int]]) -> int:
+    """Return the number of further runs, given for each map and controller."""
+    return sum(map(sum, further.values()))

@@ -9,15 +9,16 @@ from collections.abc import Iterable
 
 from evolution.search.algorithms import Evaluation
 from evolution.search.archive import Archive
-from evolution.search.budget import Budget
+from evolution.search.budget import Budget, runs_in
 from evolution.search.expectations import Expectations
 from evolution.search.settings import EvolveSettings
 
 
 def race(expectations: Expectations, settings: EvolveSettings, budget: Budget) -> None:
-    """Drive one more seed on the maps that might make the best expected set better (racing).
+    """Drive further seeds on the maps that might make the best expected set better (racing).
 
-    The maps are ranked by how good the best set would be if they were steady. The first ones may have most runs.
+    The maps are ranked by how good the best set would be if they were steady. The first ones may have most runs. Each
+    gets a run of the controller about which least is known, or of each controller (:meth:`Expectations.turn`).
 
     Args:
         expectations: Ranks the maps; they are updated.
@@ -26,14 +27,14 @@ def race(expectations: Expectations, settings: EvolveSettings, budget: Budget) -
     """
     archive, size, seeds = expectations.archive, settings.maps_per_set, settings.archive.elite_seeds
     potentials = expectations.potentials()
-    wanted: dict[str, int] = {}
+    further: dict[str, tuple[int, ...]] = {}
     for place, name in enumerate(sorted(potentials, key=potentials.__getitem__)):
         most = settings.repeats + 2 * seeds // (1 + place // size)
-        if archive.repeats_of(name) < most and len(wanted) < seeds * size:
-            more = wanted | {name: archive.repeats_of(name) + 1}
-            if budget.cost_of(more) <= budget.runs:
-                wanted = more
-    archive.drive(wanted)
+        if archive.repeats_of(name) < most and len(further) < seeds * size:
+            more = further | {name: expectations.turn(name)}
+            if runs_in(more) <= budget.runs:
+                further = more
+    archive.drive_more(further)
     expectations.update()
 
 

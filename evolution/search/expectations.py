@@ -15,7 +15,7 @@ from numpy.typing import NDArray
 
 from evolution.search.archive import Archive, best_by_exchange
 from evolution.search.judging import Fitness, Names, is_solved, solved_trials
-from evolution.search.judging.expected_fitness import Estimate, estimates_of, expected_fitness
+from evolution.search.judging.expected_fitness import RELIABILITY, Estimate, estimates_of, expected_fitness
 from evolution.search.surrogate import Forecast, Surrogate
 from gym_mapbench.world.scenario import Scenario
 
@@ -31,6 +31,7 @@ class Expectations:
         fitness: Returns what judges sets.
         size: Maps in a set.
         surrogate: Estimates maps of motifs by the runs on similar ones; None for estimates by parents alone.
+        reliability: Chance that no run of a trial fails, below which a set is expected to cost more.
 
     Attributes:
         parents: For each map that mutation made, by digest, the map it was made of.
@@ -41,7 +42,12 @@ class Expectations:
     """
 
     def __init__(
-        self, archive: Archive, fitness: Callable[[], Fitness], size: int, surrogate: Surrogate | None = None
+        self,
+        archive: Archive,
+        fitness: Callable[[], Fitness],
+        size: int,
+        surrogate: Surrogate | None = None,
+        reliability: float = RELIABILITY,
     ) -> None:
         self.archive = archive
         self.size = size
@@ -51,6 +57,7 @@ class Expectations:
         self.best: Names = ()
         self._fitness = fitness
         self._surrogate = surrogate
+        self._reliability = reliability
         self._forecasts: dict[str, Forecast] = {}
 
     def add_parent(self, child: Scenario, parent: Scenario) -> None:
@@ -79,7 +86,7 @@ class Expectations:
 
     def value_of(self, names: Names) -> float:
         """Return the expected fitness of a set."""
-        return expected_fitness(names, self.estimates, self._fitness())
+        return self._expected(names, self.estimates)
 
     def value_in(self, role: int, name: str) -> float:
         """Return the expected fitness of the best set with a map in a role; infinite if another role has it."""
@@ -124,6 +131,18 @@ class Expectations:
     def ranked(self, role: int) -> list[str]:
         """Return the known maps, the best in a role first."""
         return sorted(self.known, key=lambda name: self.value_in(role, name))
+
+    def turn(self, name: str) -> tuple[int, ...]:
+        """Return the number of further runs of each controller on a map when its turn comes.
+
+        One run of the controller with which the variance of the mean logarithm falls most; if the surrogate does not
+        know their noise, one run of each controller.
+        """
+        runs = self.archive.runs_of(name)
+        if (forecast := self._forecasts.get(name)) is None:
+            return tuple(1 for _ in runs)
+        falls = [one.noise**2 / (count * (count + 1)) for one, count in zip(forecast.logarithms, runs, strict=True)]
+        return tuple(int(place == np.argmax(falls)) for place in range(len(runs)))
 
     def potentials(self) -> dict[str, float]:
         """Return the potential of every known map."""
@@ -198,4 +217,7 @@ class Expectations:
 
     def _value_in(self, role: int, name: str, estimates: Mapping[str, Estimate]) -> float:
         names = (*self.best[:role], name, *self.best[role + 1 :])
-        return expected_fitness(names, estimates, self._fitness()) if len(set(names)) == len(names) else np.inf
+        return self._expected(names, estimates) if len(set(names)) == len(names) else np.inf
+
+    def _expected(self, names: Names, estimates: Mapping[str, Estimate]) -> float:
+        return expected_fitness(names, estimates, self._fitness(), self._reliability)

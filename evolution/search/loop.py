@@ -27,6 +27,7 @@ from evolution.search.elite import give_further_seeds, race
 from evolution.search.expectations import Expectations
 from evolution.search.experiment import Experiment
 from evolution.search.judging import Fitness, Judgement, Objectives, best_of
+from evolution.search.judging.expected_fitness import RELIABILITY
 from evolution.search.operators import DrawMap, MapMutation, Trial
 from evolution.search.record import Record
 from evolution.search.recorder import Journal, Recorder
@@ -161,7 +162,10 @@ class _Search:
         self.budget = Budget(settings, self.archive)
         self.problem = MapSetProblem(self._results_of, Objectives(fitness))
         surrogate = Surrogate() if settings.archive.surrogate else None
-        self.expectations = Expectations(self.archive, lambda: self.problem.fitness, settings.maps_per_set, surrogate)
+        reliability = settings.validation.reliability if settings.validation else RELIABILITY
+        self.expectations = Expectations(
+            self.archive, lambda: self.problem.fitness, settings.maps_per_set, surrogate, reliability
+        )
         self.rng = np.random.default_rng(settings.seed)
         self.mutation = MapMutation(experiment.mutator, self._role_of if settings.ga.mutation.adaptive else None)
         self.algorithm: GeneticAlgorithm = make_algorithm(

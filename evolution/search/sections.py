@@ -6,6 +6,7 @@ from typing import Annotated, Self
 
 from pydantic import Field, model_validator
 
+from evolution.search.judging.expected_fitness import RELIABILITY
 from gym_mapbench.quantities import Few
 from gym_mapbench.settings import OptionError, Settings
 
@@ -18,10 +19,11 @@ class ArchiveSettings(Settings):
     Args:
         elite: Whether the best expected set of the archive joins the population after every generation. With several
             objectives, the elite are the sets of the Pareto front.
-        elite_seeds: After every generation this number of maps, for each map of a set, gets a run of each controller
-            with a new seed: maps that might make the best set better. The maps of the best set get up to twice as many
-            runs. With several objectives: further runs on the maps of the Pareto front, and one more after every
-            generation that a map stays in it, up to four times as many.
+        elite_seeds: After every generation this number of maps, for each map of a set, gets a further seed: maps that
+            might make the best set better. The maps of the best set get up to twice as many. With ``surrogate`` one
+            controller drives a seed, that about whose mean time least is known; otherwise all do. With several
+            objectives: further runs on the maps of the Pareto front, and one more after every generation that a map
+            stays in it, up to four times as many.
         staged: Whether controllers run on a map one after the other, the cheapest first, until one fails. Only runs
             that cannot change the search are left out. A failure policy that gives failed runs a value leaves out none.
         parents: Whether an offspring is the best expected set of the archive with one map replaced by a mutated map of
@@ -51,11 +53,13 @@ class ValidationSettings(Settings):
 
     Args:
         seeds: Held-out seeds that the maps of the selected set get, besides those of the rounds.
-        candidates: The rounds have this number times ``seeds`` to distribute, a third in each (sequential halving): so
-            many maps get one held-out seed, the better half of them two more, and half of these four more.
+        candidates: The rounds have the runs of this number times ``seeds`` to distribute, a third in each (sequential
+            halving): so many maps get one held-out seed, the better half of them two more, and half of these four more.
+            As with ``elite_seeds``, one controller or all drive a seed.
         held_out_seeds: Further held-out seeds of the chosen set; its held-out fitness is measured on these alone.
         reliability: A set is chosen among those whose maps keep the ranks of their scores, without a failed run, in
-            at least this share of trials; if there is none, among those with the largest share.
+            at least this share of trials; if there is none, among those with the largest share. The search expects
+            less of sets whose trials are less likely to be without a failure.
         avoid_contact: Whether a set is chosen only among the maps on which no run touched a wall or body, where these
             suffice. Contacts are what a simulator and Gazebo agree on least.
     """
@@ -63,7 +67,7 @@ class ValidationSettings(Settings):
     seeds: Seeds = 5
     candidates: Few = 9
     held_out_seeds: Seeds = 10
-    reliability: Annotated[float, Field(gt=0, lt=1)] = 0.9
+    reliability: Annotated[float, Field(gt=0, lt=1)] = RELIABILITY
     avoid_contact: bool = False
 
     @property

@@ -16,7 +16,7 @@ from scipy.special import ndtr
 
 from evolution.driving import RunResult
 from evolution.search.gaussian_process import Array, GaussianProcess, Prediction, prior_prediction
-from evolution.search.judging import Fitness, MapResults, failed_trials, repeats_of
+from evolution.search.judging import Fitness, MapResults
 from evolution.search.judging.expected_fitness import Estimate
 from gym_mapbench.generator import MotifGenes
 from gym_mapbench.world.scenario import Scenario
@@ -25,8 +25,8 @@ FEWEST = 10
 """Fewest maps of a kind for which hyperparameters are fitted."""
 REFIT = 1.1
 """Factor by which the maps of a kind grow until hyperparameters are fitted again."""
-FAILURES, TRIALS = 0.15, 5.0
-"""Failed trials and trials that are added to those of the maps nearby."""
+FAILURES, RUNS = 0.05, 5.0
+"""Failed runs and runs of each controller that are added to those on the maps nearby."""
 TIME = "time"
 """The metric of which a failed run has the time limit."""
 
@@ -102,7 +102,7 @@ class Surrogate:
         self._hyperparameters: dict[tuple[Hashable, int], tuple[int, Array]] = {}
         self._processes: dict[tuple[Hashable, int], GaussianProcess] = {}
         self._numbers: dict[tuple[Hashable, int], dict[str, int]] = {}
-        self._trials: dict[str, tuple[int, int]] = {}
+        self._counts: dict[str, list[tuple[int, int]]] = {}
         self._means: list[float] = []
 
     def update(self, scenarios: Mapping[str, Scenario], results: Mapping[str, MapResults], fitness: Fitness) -> None:
@@ -119,7 +119,7 @@ class Surrogate:
         self._processes, self._numbers = {}, {}
         logarithms = self._logarithms(results, fitness)
         self._means = [_median_of_all(some) for some in zip(*logarithms.values(), strict=True)]
-        self._trials = {name: (failed_trials(results[name]), repeats_of(results[name])) for name in logarithms}
+        self._counts = {name: [_failed_of(runs) for runs in results[name]] for name in logarithms}
         kinds: dict[Hashable, list[str]] = {}
         for name in logarithms:
             if point := self._points[name]:
@@ -153,13 +153,14 @@ class Surrogate:
         return {name: Forecast(row, chance) for name, row, chance in rows}
 
     def _goals(self, kind: Hashable, genes: Array) -> list[float]:
-        """Return the chance that no run of a trial fails on maps: trials on maps nearby count by their closeness."""
+        """Return the chance that no run of a trial fails on maps: runs on maps nearby count by their closeness."""
         own = [(process, self._numbers[key]) for key, process in self._processes.items() if key[0] == kind]
         if not own:
-            return [1.0 - FAILURES / TRIALS] * len(genes)
+            return [(1.0 - FAILURES / RUNS) ** len(self._means)] * len(genes)
         process, numbers = max(own, key=lambda pair: float(pair[0].runs.sum()))
-        sums = process.closeness(genes) @ np.array([self._trials[name] for name in numbers], dtype=float)
-        return [float(1.0 - (FAILURES + failed) / (TRIALS + trials)) for failed, trials in sums]
+        counts = np.array([self._counts[name] for name in numbers], dtype=float)
+        failed, runs = np.einsum("ij,jcn->nic", process.closeness(genes), counts)
+        return [float(one) for one in np.prod(1.0 - (FAILURES + failed) / (RUNS + runs), axis=1)]
 
     def _condition(self, key: tuple[Hashable, int], values: Mapping[str, Sequence[float]]) -> None:
         """Make the process of a controller on one kind of maps; its hyperparameters are fitted as the maps grow."""
@@ -187,6 +188,11 @@ class Surrogate:
             return float(np.log(run.value(metric) if run.success else failed))
 
         return {name: [list(map(logarithm, runs)) for runs in of_map] for name, of_map in results.items()}
+
+
+def _failed_of(runs: Sequence[RunResult]) -> tuple[int, int]:
+    """Return the number of failed runs, and of all runs."""
+    return sum(not run.success for run in runs), len(runs)
 
 
 def _median_of_all(of_maps: Sequence[Sequence[float]]) -> float:

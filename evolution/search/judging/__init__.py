@@ -21,7 +21,6 @@ from evolution.search.judging.judgement import Judgement, best_of, order_of
 from evolution.search.judging.map_results import (
     MapResults,
     failed_trials,
-    finished_trials,
     is_solved,
     is_untouched,
     missing_runs,
@@ -56,7 +55,6 @@ __all__ = [
     "best_set",
     "calibrate_scale",
     "failed_trials",
-    "finished_trials",
     "gini",
     "is_solved",
     "is_untouched",

@@ -43,8 +43,8 @@ FAILURES, TRIALS = 0.3, 10.0
 """Failed trials and trials that are added to those of the similar maps."""
 PRIOR_OF_FAILURES = 6.0
 """Trials as which that prior counts."""
-RELIABLE = 0.9
-"""Chance that no run of a trial fails, below which a set costs more."""
+RELIABILITY = 0.9
+"""Default of ``reliability``, also that of the validation stage."""
 STANDARD_NORMAL = NormalDist()
 
 OfRepeats = Mapping[str, Sequence[float]]
@@ -223,19 +223,22 @@ def _predicted(margin: float, deviation: float, repeats: int) -> float:
     return float(scipy.special.stdtr(PRIOR + repeats - 1, margin / (deviation * np.sqrt(1.0 + 1.0 / repeats))))
 
 
-def expected_fitness(names: Names, estimates: Mapping[str, Estimate], fitness: Fitness) -> float:
+def expected_fitness(
+    names: Names, estimates: Mapping[str, Estimate], fitness: Fitness, reliability: float = RELIABILITY
+) -> float:
     """Return the expected fitness of a single trial of a set; less is better.
 
     It is the fitness of the set times the square of two chances: that the maps keep the ranks of their scores, if these
     are normally distributed, and that no run fails. Once because other trials have no value, and once more because the
-    validation stage names such a set less often. A set of which more than one trial in ten is expected to fail costs a
-    share of a timeout besides. Caution applies to maps with one repeat, too. A fitness above 0 is not multiplied: a
-    penalty does not shrink.
+    validation stage names such a set less often. A set whose trials are less likely to be without a failure than
+    ``reliability`` costs a share of a timeout besides. Caution applies to maps with one repeat, too. A fitness above 0
+    is not multiplied: a penalty does not shrink.
 
     Args:
         names: The set.
         estimates: Estimates of its maps.
         fitness: Judges sets.
+        reliability: Chance that no run of a trial fails, below which a set costs more.
     """
     ordered = sorted((estimates[name] for name in names), key=lambda one: one.score)
     spreads = [fitness.settings.caution * one.deviation for one in ordered]
@@ -246,7 +249,7 @@ def expected_fitness(names: Names, estimates: Mapping[str, Estimate], fitness: F
         value *= float(np.prod([success, *chances])) ** 2
     runs = sum(len(one.values) for one in ordered)
     timeout = penalty(fitness.settings, 1.0 - 1.0 / runs, timeouts=1.0)
-    return value + timeout * max(1.0 - success / RELIABLE, 0.0)
+    return value + timeout * max(1.0 - success / reliability, 0.0)
 
 
 def _chance_of_order(less: Estimate, more: Estimate) -> float:

@@ -17,7 +17,15 @@ from evolution.driving import RunResult, SetResults
 from evolution.search.judging.equation import gain, penalty
 from evolution.search.judging.failures import FAILURES, FailurePolicy
 from evolution.search.judging.judgement import Judgement
-from evolution.search.judging.map_results import MapResults, is_solved, missing_runs, repeats_of, singles_of
+from evolution.search.judging.map_results import (
+    MapResults,
+    count_of_trials,
+    is_solved,
+    is_success,
+    missing_runs,
+    repeats_of,
+    singles_of,
+)
 from evolution.search.judging.patterns import FITNESSES, Parts, Pattern, Times, held_apart, pairwise_gaps
 from evolution.search.judging.settings import JudgingSettings
 from gym_mapbench.errors import ConfigError, PluginError, RunError
@@ -96,16 +104,15 @@ class Fitness:
         """Judge one map set.
 
         Args:
-            results: ``results[map][controller][repeat]``. Maps may have different numbers of repeats. A controller with
-                fewer runs on a map than another has failed the missing runs.
+            results: ``results[map][controller][repeat]``. Maps may have different numbers of repeats, and controllers
+                different numbers of runs on a map; they count alike. A controller without a run on a map has failed
+                there.
 
         Raises:
             ConfigError: If the scale is not known yet.
             PluginError: If a third-party fitness or failure policy fails, or returns anything but finite numbers.
         """
-        planned = sum(len(of_map) * repeats_of(of_map) for of_map in results)
-        runs = [run for of_map in results for of_controller in of_map for run in of_controller]
-        success_rate = sum(run.success for run in runs) / planned
+        success_rate = _successes(results) / _planned(results)
         timeouts = sum(self._timeouts(of_map) / repeats_of(of_map) for of_map in results)
         values = tuple(self.values_of(of_map) for of_map in results)
         scores, pattern = self.pattern_of(values, [self.spread_of(of_map) for of_map in results])
@@ -137,9 +144,7 @@ class Fitness:
             results: Results of a set; all its maps with missing runs have a failed run.
         """
         judged = self(results)
-        runs = [run for of_map in results for of_controller in of_map for run in of_controller]
-        missing = missing_runs(results)
-        most = (sum(run.success for run in runs) + missing) / (len(runs) + missing)
+        most = (_successes(results) + missing_runs(results)) / _planned(results)
         best = penalty(self.settings, most, judged.timeouts) - gain(self.settings, judged.pattern, most)
         return min(judged.fitness, best)
 
@@ -174,10 +179,9 @@ class Fitness:
         That is ``caution`` times the standard deviation of the scores of its repeats, 0 for a single repeat or a map
         with a failed run.
         """
-        repeats = repeats_of(of_map)
-        if not self.settings.caution or repeats == 1 or not is_solved(of_map):
+        if not self.settings.caution or repeats_of(of_map) == 1 or not is_solved(of_map):
             return 0.0
-        singles = [[self._value(runs[repeat]) for runs in of_map] for repeat in range(repeats)]
+        singles = [[self._value(run) for (run,) in single] for single in singles_of(of_map)]
         return self.settings.caution * float(np.std([self.kind.score(times) for times in singles], ddof=1))
 
     def pattern_of(
@@ -205,14 +209,23 @@ class Fitness:
             )
         return scores, pattern
 
-    def _timeouts(self, of_map: Sequence[Sequence[RunResult]]) -> int:
-        return sum(run.outcome in self.settings.timeout_outcomes for runs in of_map for run in runs)
+    def _timeouts(self, of_map: Sequence[Sequence[RunResult]]) -> float:
+        return count_of_trials(of_map, lambda run: run.outcome in self.settings.timeout_outcomes)
 
     def _value(self, run: RunResult) -> float:
         if run.success:
             return run.value(self.settings.metric)
         with FAILURES.blamed(self.settings.failures):
             return float(self.policy.value(run, self.time_limit))
+
+
+def _successes(results: SetResults) -> float:
+    """Return the number of successful runs, as if all controllers had as many runs on a map."""
+    return sum(count_of_trials(of_map, is_success) for of_map in results)
+
+
+def _planned(results: SetResults) -> int:
+    return sum(len(of_map) * repeats_of(of_map) for of_map in results)
 
 
 def calibrate_scale(times_of_maps: Sequence[Times]) -> float:

@@ -8,7 +8,7 @@ from statistics import fmean, median
 import numpy as np
 
 from evolution.driving import RunResult, SetResults
-from evolution.search.judging import Fitness, Judgement, MapResults, repeats_of
+from evolution.search.judging import Fitness, Judgement, MapResults
 from evolution.search.validation_stage.trials import order_kept, trials_of
 from evolution.statistics import wilson_interval
 
@@ -50,7 +50,7 @@ def held_out(results: SetResults, judged: Judgement, fitness: Fitness, seeds: in
         results: Results of the set.
         judged: Its judgement when it was selected.
         fitness: Judges sets.
-        seeds: Number of last repeats that are held out; fewer where a map has fewer because it failed.
+        seeds: Number of last runs of each controller that are held out; fewer where a map has fewer.
         candidates: Number of candidates.
     """
     last = tuple(last_repeats(of_map, seeds) for of_map in results)
@@ -73,9 +73,8 @@ def held_out(results: SetResults, judged: Judgement, fitness: Fitness, seeds: in
 
 
 def last_repeats(of_map: MapResults, seeds: int) -> MapResults:
-    """Return the last repeats of a map, at most ``seeds``."""
-    first = max(repeats_of(of_map) - seeds, 0)
-    return tuple(runs[first:] for runs in of_map)
+    """Return the last runs of each controller on a map, at most ``seeds``."""
+    return tuple(runs[max(len(runs) - seeds, 0) :] for runs in of_map)
 
 
 def _fitness_par2(results: SetResults, fitness: Fitness) -> float | None:

@@ -2,12 +2,15 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections import Counter
+from collections.abc import Mapping, Sequence
 from typing import NamedTuple
 
-from evolution.search.budget import Budget
+import numpy as np
+
+from evolution.search.budget import Budget, runs_in
 from evolution.search.expectations import Expectations
-from evolution.search.judging import Fitness, Judgement, Names, finished_trials, repeats_of, solved_trials
+from evolution.search.judging import Fitness, Judgement, Names, solved_trials
 from evolution.search.sections import ValidationSettings
 from evolution.search.settings import EvolveSettings
 from evolution.search.validation_stage.held_out import ValidationResult, held_out
@@ -56,13 +59,13 @@ def validate(
     names = candidates.select()
     chosen, seeds = archive.map_set(names), stage.held_out_seeds
     judged = fitness(tuple(map(solved_trials, archive.results_of(chosen))))
-    archive.drive({name: archive.repeats_of(name) + seeds for name in names}, everyone=True)
-    result = held_out(archive.results_of(chosen), judged, fitness, seeds, len(candidates.before))
+    archive.drive_more(dict.fromkeys(names, [seeds] * budget.controllers))
+    result = held_out(archive.results_of(chosen), judged, fitness, seeds, len(candidates.turns))
     return Validated(chosen, judged, result)
 
 
 class _Candidates:
-    """The maps that get held-out seeds, with the number of repeats that each had before."""
+    """The maps that get held-out seeds, with the number of turns that each had."""
 
     def __init__(
         self,
@@ -78,60 +81,59 @@ class _Candidates:
         self.size = settings.maps_per_set
         self.stage = stage
         self.budget = budget
-        self.before: dict[str, int] = {}
+        self.turns: Counter[str] = Counter()
 
     @property
     def names(self) -> list[str]:
         """The maps that stayed for the second round; all with some held-out seeds, if these are too few."""
-        enough = [name for name in self.before if self._seeds(name) >= FIRST_SEEDS + 1]
-        return enough if len(enough) >= self.size else [name for name in self.before if self._seeds(name) > 0]
+        enough = [name for name, turns in self.turns.items() if turns > FIRST_SEEDS]
+        return enough if len(enough) >= self.size else list(self.turns)
 
     def re_evaluate(self) -> None:
         """Drive held-out seeds on the candidates (sequential halving): half of them stay for twice as many seeds."""
         self.expectations.update()
         if not self.expectations.best:
             return
-        left = max(self.stage.candidates * self.stage.seeds // ROUNDS, self.size)
-        names, seeds = self.expectations.candidates(left), FIRST_SEEDS
+        names, seeds = self._first(), FIRST_SEEDS
         for _ in range(ROUNDS):
-            self.before = {name: self.archive.repeats_of(name) for name in names} | self.before
             for _ in range(seeds):
-                wanted = {name: self.archive.repeats_of(name) + 1 for name in names}
-                if not self._drive(wanted, self.stage.seeds + self.stage.held_out_seeds):
+                turns = {name: self.expectations.turn(name) for name in names}
+                if not self._drive(turns, self.stage.seeds + self.stage.held_out_seeds):
                     return
+                self.turns.update(names)
             self.expectations.update()
-            left, seeds = max(left // 2, self.size), 2 * seeds
-            names = self.expectations.candidates(left, names)
+            names, seeds = self.expectations.candidates(max(len(names) // 2, self.size), names), 2 * seeds
+
+    def _first(self) -> list[str]:
+        """Return the candidates of the first round: as many as its share of the runs suffices for."""
+        runs = self.budget.controllers * self.stage.candidates * self.stage.seeds // ROUNDS
+        names = self.expectations.candidates(runs)
+        costs = np.cumsum([sum(self.expectations.turn(name)) for name in names])
+        return names[: max(int(np.sum(costs <= runs)), self.size)]
 
     def select(self) -> Names:
         """Return the set that is still selected after its maps got ``seeds`` further held-out seeds."""
         settled: set[str] = set()
         while True:
-            maps = {name: finished_trials(self.archive.results(name)) for name in self.names}
+            maps = {name: self.archive.results(name) for name in self.names}
             names = select(maps, self.fitness, self.size, self.stage)
-            more = {name: self.archive.repeats_of(name) + self.stage.seeds for name in names if name not in settled}
+            more = {name: [self.stage.seeds] * self.budget.controllers for name in names if name not in settled}
             if not more or not self._drive(more, self.stage.held_out_seeds):
                 return names
             settled.update(more)
 
-    def _seeds(self, name: str) -> int:
-        """Return the number of held-out seeds of a map with which every controller drove or one failed."""
-        if name not in self.before:
-            return 0
-        return repeats_of(finished_trials(self.archive.results(name))) - self.before[name]
-
-    def _drive(self, wanted: Mapping[str, int], reserve: int) -> bool:
-        """Drive maps until each has a number of repeats.
+    def _drive(self, further: Mapping[str, Sequence[int]], reserve: int) -> bool:
+        """Drive further runs.
 
         Args:
-            wanted: For each map the number of repeats.
+            further: For each map the number of further runs of each controller.
             reserve: Seeds of a whole set whose runs are reserved for later steps.
 
         Returns:
             Whether the runs suffice; nothing is driven where they do not.
         """
         reserved = self.budget.controllers * self.size * reserve
-        if self.budget.cost_of(wanted) + reserved > self.budget.all_runs:
+        if runs_in(further) + reserved > self.budget.all_runs:
             return False
-        self.archive.drive(wanted)
+        self.archive.drive_more(further)
         return True

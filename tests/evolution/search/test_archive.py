@@ -98,17 +98,32 @@ def test_a_map_that_failed_once_is_not_driven_on():
         assert repeats_of(of_map) == 1 or is_solved(before)
 
 
-def test_a_map_that_failed_once_can_be_driven_on_stage_by_stage():
+def test_a_map_that_failed_once_can_be_driven_on():
     archive = archive_of(staged=True, how=unsteady)
     archive.evaluate(sets_of(12))
     archive.drive(dict.fromkeys(archive.scenarios, 2))
-    digest = next(name for name in archive.scenarios if archive.repeats_of(name) == 2 and not archive.is_solved(name))
-    archive.drive({digest: 3}, going_on=lambda names: [])
-    first, *others = (archive.results(digest)[place] for (place,) in archive.stages)
-    assert len(first) == 3
-    assert all(len(runs) < 3 for runs in others)
+    failed = [name for name in archive.scenarios if archive.repeats_of(name) == 2 and not archive.is_solved(name)]
+    digest = next(name for name in failed if len(set(archive.runs_of(name))) > 1)
     archive.drive({digest: 3}, everyone=True)
-    assert {len(runs) for runs in archive.results(digest)} == {3}
+    assert archive.runs_of(digest) == (3, 3, 3)
+
+
+def test_controllers_can_get_different_numbers_of_further_runs():
+    archive, sets = archive_of(), sets_of(2)
+    archive.evaluate(sets)
+    first, second = list(archive.scenarios)[:2]
+    archive.drive_more({first: (0, 3, 1), second: (1, 0, 0)})
+    archive.drive_more({first: (1, 1, 0)})
+    assert archive.runs_of(first) == (2, 5, 2)
+    assert archive.runs_of(second) == (2, 1, 1)
+    assert archive.count == len(archive.evaluator.jobs) == 6 * 3 + 7
+    assert [job.repeat for job in archive.evaluator.jobs[18:] if job.controller.name == "mppi"] == [1, 2, 3, 4]
+    assert len({job.key for job in archive.evaluator.jobs}) == archive.count
+    archive.drive_more({first: (3, 0, 3)})
+    whole = archive_of()
+    whole.evaluate(sets)
+    whole.drive({first: 5})
+    assert archive.results(first) == whole.results(first)
 
 
 def test_sets_can_get_the_runs_that_stages_left_out():

@@ -47,7 +47,7 @@ search:
     - sequences
   aggregate: median
   archive: true
-  elite_seeds: 2
+  elite_seeds: 4
   parents: true
   surrogate: true
   caution: 0.5

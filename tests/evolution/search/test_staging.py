@@ -56,7 +56,8 @@ def search(**options):
 def test_a_search_in_stages_finds_the_same_with_fewer_runs(options, seed):
     staged, fewer = search(seed=seed, **options)
     whole, all_runs = search(seed=seed, staged=False, **options)
-    assert fewer < all_runs
+    # The elite gets its further seeds with all controllers, so a search may have nothing to leave out.
+    assert fewer < all_runs or (options.get("elite_seeds") and fewer == all_runs)
     assert staged.record.generations == whole.record.generations
     assert [one.map_set.digest for one in staged.population] == [one.map_set.digest for one in whole.population]
     assert staged.best.results == whole.best.results

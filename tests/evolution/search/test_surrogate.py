@@ -109,6 +109,27 @@ def test_failures_nearby_make_a_map_less_likely_to_succeed():
         assert 0.0 <= forecast.estimate(FITNESS).success <= forecast.goals
 
 
+def test_the_controller_whose_times_scatter_gets_the_further_runs():
+    expectations = expectations_of()
+    archive, place = expectations.archive, mppi_of(expectations)
+    names = list(archive.scenarios)[:5]
+    for _ in range(4):
+        archive.drive_more({name: expectations.turn(name) for name in names})
+        expectations.update()
+    further = np.sum([archive.runs_of(name) for name in names], axis=0) - len(names)
+    assert further.sum() == 4 * 5
+    assert further[place] >= 14
+    assert all(name in expectations.estimates for name in names)
+    archive.drive_more({names[0]: tuple(5000 if one == place else 0 for one in range(3))})
+    assert expectations.turn(names[0])[place] == 0  # at last less is known about another one
+    assert sum(expectations.turn(names[0])) == 1
+
+
+def test_without_a_surrogate_every_controller_gets_a_further_run():
+    expectations = expectations_of(surrogate=False)
+    assert {expectations.turn(name) for name in expectations.archive.scenarios} == {(1, 1, 1)}
+
+
 def test_maps_without_motifs_are_estimated_by_their_parents_as_without_a_surrogate():
     sets = sets_of(6)
     archive = Archive(Answers(answer), archive_of().plan)
