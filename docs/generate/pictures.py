@@ -22,8 +22,9 @@ from evolution.pictures import (
     new_figure,
     solved_lorenz_figure,
 )
-from evolution.runs import load_run
+from evolution.runs import load_run, results_in
 from evolution.search import gini
+from evolution.search.judging import MapResults, singles_of
 from gym_mapbench.costmap import build_static_costmap, inflation_costs
 from gym_mapbench.env.config import EnvConfig
 from gym_mapbench.env.render import SeenCostmap, Snapshot, draw
@@ -180,10 +181,9 @@ def motifs() -> Any:
     return maps_figure([*scenarios, _sampled("sequences", "sequences", seed=8)])
 
 
-def _scores(entry: dict[str, Any]) -> list[float]:
-    """Return the Gini coefficient of every trial of a map, in the order of its seeds."""
-    by_seed = zip(*[[one["time_s"] for one in runs] for runs in entry["runs"].values()], strict=True)
-    return [gini(times) for times in by_seed]
+def _scores(of_map: MapResults) -> list[float]:
+    """Return the Gini coefficient of every trial of a map."""
+    return [gini([run.time_s for (run,) in single]) for single in singles_of(of_map)]
 
 
 def validation() -> Any:
@@ -191,9 +191,9 @@ def validation() -> Any:
     run = load_run(KEPT / "quick")
     held_out = run.best_results["validation"]["seeds"]
     figure, (axes,) = new_figure(width=7.0, height=3.2)
-    for place, entry in enumerate(run.best_results["maps"]):
-        scores = _scores(entry)
-        search, fresh = scores[:-held_out], scores[-held_out:]
+    for place, of_map in enumerate(results_in(run.best_results, run.controllers)):
+        search = _scores(tuple(runs[:-held_out] for runs in of_map))
+        fresh = _scores(tuple(runs[-held_out:] for runs in of_map))
         axes.plot(search, np.full(len(search), place + 0.12), "o", color=colour_of("ab", "a"), alpha=0.7)
         axes.plot(fresh, np.full(len(fresh), place - 0.12), "D", color=colour_of("ab", "b"), alpha=0.7)
     axes.plot([], [], "o", color=colour_of("ab", "a"), label="seeds of the search and of the choice")

@@ -57,10 +57,8 @@ class DrivenMap:
     @property
     def recorded_sample(self) -> str:
         """Which of the runs of each controller is recorded."""
-        runs = max(one.runs for one in self.summary.controllers)
-        if runs == 1:
-            return "the only run"
-        return f"run {self.repeat + 1} of {runs}, nearest to the medians"
+        runs = self.summary.runs
+        return "the only run" if runs == "1" else f"run {self.repeat + 1} of {runs}, nearest to the medians"
 
 
 def maps_figure(scenarios: Sequence[Scenario]) -> Figure:

@@ -80,10 +80,15 @@ class MapSummary:
         return f"{slow.controller} {slow.median / fast.median:.1f} times slower than {fast.controller}"
 
     @property
+    def runs(self) -> str:
+        """The number of runs of a controller, or its range."""
+        counts = sorted({one.runs for one in self.controllers})
+        return " to ".join(map(str, counts[:: max(len(counts) - 1, 1)]))
+
+    @property
     def sample(self) -> str:
         """Which runs of each controller the times are the medians of."""
-        runs = max(one.runs for one in self.controllers)
-        return "1 run" if runs == 1 else f"medians of {runs} runs"
+        return "1 run" if self.runs == "1" else f"medians of {self.runs} runs"
 
     @property
     def in_words(self) -> str:

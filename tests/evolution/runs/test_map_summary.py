@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import pytest
 
-from evolution.runs import summary_of_map
+from evolution.runs import summary_of_map, typical_repeat
 
 
 def runs(*times, failed=0):
@@ -36,4 +36,8 @@ def test_a_sentence_names_sample_failures_and_outliers():
     many = summary_of_map("a", {"dwb": runs(20.0, 21.0, 22.0, 60.0, 50.0)}).controllers[0]
     assert many.in_words == "dwb 22.0 s (2 outliers up to 60.0 s)"
     assert summary_of_map("a", {"dwb": runs(20.0)}).sample == "1 run"
+    three = {"dwb": runs(20.0), "mppi": runs(40.0, 41.0, 42.0), "rpp": runs(21.0, 22.0)}
+    assert summary_of_map("a", three).sample == "medians of 1 to 3 runs"
+    assert typical_repeat({"runs": three}) == 0
+    assert typical_repeat({"runs": {"dwb": runs(20.0, 26.0, 21.0, 20.5), "rpp": runs(30.0, 31.0, 30.5)}}) == 2
     assert summary_of_map("a", {"dwb": runs(failed=2)}).controllers[0].in_words == "dwb no time (2 of 2 failed)"
