@@ -94,8 +94,8 @@ class Expectations:
 
     @property
     def predicts(self) -> bool:
-        """Whether there is a surrogate, which predicts new maps."""
-        return self._surrogate is not None
+        """Whether the surrogate has runs on maps of motifs, by which it predicts new ones."""
+        return bool(self._forecasts)
 
     def may_join(self, name: str, bars: Iterable[float]) -> bool:
         """Return whether a map may reach the expected fitness of one role, within a deviation of its forecast."""

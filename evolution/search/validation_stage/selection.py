@@ -30,7 +30,7 @@ Results = Mapping[str, MapResults]
 MAX_SETS = 100_000
 """Most sets that are judged; each takes some tenths of a millisecond."""
 SHORT_LIST = 40
-"""Sets whose trials are judged: those with the best fitness times the chances of order and of no timeout."""
+"""Sets whose trials are judged: those that are best by the chances of single maps."""
 
 
 def select(maps: Results, fitness: Fitness, size: int, stage: ValidationSettings) -> Names:
@@ -85,14 +85,17 @@ class _Values:
         timed = {name: of_map for name, of_map in self.solved.items() if self.scores[name]}
         self.in_time = chances_in_time(timed, places_of(timed, self.scores), fitness.time_limit)
 
-    def estimate(self, names: Names) -> float:
-        """Return the fitness times the chances of order, if it counts, of no failure, and of no timeout."""
+    def estimate(self, names: Names) -> tuple[float, float]:
+        """Return what :meth:`reliable` would, by the chances of order, if it counts, of no failure, and of no timeout.
+
+        Maps are taken as independent of each other, and a trial that is in order has the fitness of the set.
+        """
         value = self.fitness(tuple(self.solved[name] for name in names)).fitness
         chance = self._chance_in_time(names)
         chance *= float(np.prod([len(self.scores[name]) / repeats_of(self.maps[name]) for name in names]))
         if self.fitness.kind.ordered:
             chance *= chance_of_order([self.scores[name] for name in names])
-        return min(value, 0.0) * chance + max(value, 0.0)
+        return max(self.reliability - chance, 0.0), min(value, 0.0) * chance + max(value, 0.0)
 
     def reliable(self, names: Names) -> tuple[float, float]:
         """Return by how much the share of good trials of a set is too small, and the mean value of a trial."""

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import replace
+from unittest import mock
 
 import numpy as np
 
@@ -16,6 +17,7 @@ from evolution.search.surrogate import Surrogate, point_of
 from gym_mapbench.generator import FamilySpec, ShapeSettings, draw_from
 from gym_mapbench.world.robot import make_robot
 from gym_mapbench.world.scenario import MapSet
+from tests.evolution.fake_runs import SMALL
 from tests.evolution.search.test_archive import Answers, archive_of, sets_of
 
 FITNESS = Fitness.of(JudgingSettings(aggregate="median"), 150.0)
@@ -173,14 +175,26 @@ def mating_of(expectations):
     return ArchiveMating(expectations, mutation, MapSampling(3, SHAPES, DRAW))
 
 
+def test_without_motifs_one_candidate_is_made_for_each_new_map():
+    archive = Archive(Answers(answer), archive_of().plan)
+    archive.evaluate(sets_of(6))
+    expectations = Expectations(archive, lambda: FITNESS, 3, Surrogate())
+    expectations.update()
+    mating = ArchiveMating(
+        expectations, MapMutation(Mutator(SMALL, MutationSettings(probability=1.0, maps="one"))), MapSampling(3, SMALL)
+    )
+    with mock.patch.object(expectations, "most_promising", wraps=expectations.most_promising) as chosen:
+        mating.do(None, None, 10, random_state=np.random.default_rng(0))
+    assert {len(call.args[0]) for call in chosen.call_args_list} == {1}
+
+
 def test_the_most_promising_maps_are_slower_than_mutations_of_the_same_parents():
     """On no map known so far does MPPI take more than 45 s on average; it would at a smaller pitch."""
     times = []
     for surrogate in (True, False):
         expectations = expectations_of(surrogate=surrogate, most=45.0)
-        base = expectations.archive.map_set(expectations.best)
-        parents = expectations.archive.map_set(expectations.ranked(2)[:8])
-        rng = np.random.default_rng(1)
-        sets = [mating_of(expectations)._child(base, 2, parents, rng) for _ in range(48)]
-        times.append(np.mean([slow_time(child[2]) for child in sets]))
+        offspring = mating_of(expectations).do(None, None, 180, random_state=np.random.default_rng(1))
+        new = [child[2] for (child,) in offspring.get("X") if child[2].world_digest not in expectations.best]
+        assert len(new) > 20
+        times.append(np.mean([slow_time(one) for one in new]))
     assert times[0] > times[1] + 5.0
