@@ -57,9 +57,9 @@ class ValidationSettings(Settings):
             halving): so many maps get one held-out seed, the better half of them two more, and half of these four more.
             As with ``elite_seeds``, one controller or all drive a seed.
         held_out_seeds: Further held-out seeds of the chosen set; its held-out fitness is measured on these alone.
-        reliability: A set is chosen among those whose maps keep the ranks of their scores, without a failed run, in
-            at least this share of trials; if there is none, among those with the largest share. The search expects
-            less of sets whose trials are less likely to be without a failure.
+        reliability: Share of the trials of a set in which its maps should keep the ranks of their scores without a
+            failed run. A set with a smaller share costs that part of a timeout by which it misses this one, when the
+            set is chosen. During the search, failures alone cost so.
         avoid_contact: Whether a set is chosen only among the maps on which no run touched a wall or body, where these
             suffice. Contacts are what a simulator and Gazebo agree on least.
     """

@@ -247,9 +247,19 @@ def expected_fitness(
     if value < 0.0:
         chances = [_chance_of_order(*pair) for pair in pairwise(ordered)] if fitness.kind.ordered else []
         value *= float(np.prod([success, *chances])) ** 2
-    runs = sum(len(one.values) for one in ordered)
-    timeout = penalty(fitness.settings, 1.0 - 1.0 / runs, timeouts=1.0)
-    return value + timeout * max(1.0 - success / reliability, 0.0)
+    return value + cost_of_unreliability(success, reliability, sum(len(one.values) for one in ordered), fitness)
+
+
+def cost_of_unreliability(chance: float, reliability: float, runs: int, fitness: Fitness) -> float:
+    """Return what a set costs whose trials are less likely to be good than they should: a share of a timeout.
+
+    Args:
+        chance: Chance that a trial is good.
+        reliability: What it should be at least.
+        runs: Runs in a trial.
+        fitness: Gives the cost of a timeout.
+    """
+    return penalty(fitness.settings, 1.0 - 1.0 / runs, timeouts=1.0) * max(1.0 - chance / reliability, 0.0)
 
 
 def _chance_of_order(less: Estimate, more: Estimate) -> float:

@@ -1,4 +1,4 @@
-"""Selection of the best set among candidates: of the sets that are reliable, the one with the best mean trial."""
+"""Selection of the best set among candidates: the best mean trial counts, and how reliable the trials are."""
 
 from __future__ import annotations
 
@@ -20,7 +20,7 @@ from evolution.search.judging import (
     solved_trials,
     success_share,
 )
-from evolution.search.judging.expected_fitness import chances_in_time, places_of
+from evolution.search.judging.expected_fitness import chances_in_time, cost_of_unreliability, places_of
 from evolution.search.sections import ValidationSettings
 from evolution.search.validation_stage.trials import order_kept, trials_of
 
@@ -34,10 +34,11 @@ SHORT_LIST = 40
 
 
 def select(maps: Results, fitness: Fitness, size: int, stage: ValidationSettings) -> Names:
-    """Return the set with the best mean trial of those that are reliable, its maps in order of their scores.
+    """Return the set with the best mean trial, its maps in order of their scores.
 
-    A set is reliable if in a share of its trials the maps keep the ranks of their scores and no run fails. If no set
-    is, those with the largest share are taken. The scores are those of the repeats without a failed run.
+    A trial is good if the maps keep the ranks of their scores and no run fails. A set with a smaller share of good
+    trials than ``reliability`` costs a share of a timeout besides, as in the search. The scores are those of the trials
+    without a failed run.
 
     Args:
         maps: Results of the candidates, by name.
@@ -49,7 +50,7 @@ def select(maps: Results, fitness: Fitness, size: int, stage: ValidationSettings
     eligible = few_enough(eligible, size)
     values = _Values(eligible, fitness, stage.reliability)
     short_list = sorted(combinations(eligible, size), key=values.estimate)[:SHORT_LIST]
-    best = min(short_list, key=values.reliable)
+    best = min(short_list, key=values.of_trials)
     return tuple(sorted(best, key=lambda name: _place(fitness((solved_trials(maps[name]),)).scores[0])))
 
 
@@ -85,24 +86,29 @@ class _Values:
         timed = {name: of_map for name, of_map in self.solved.items() if self.scores[name]}
         self.in_time = chances_in_time(timed, places_of(timed, self.scores), fitness.time_limit)
 
-    def estimate(self, names: Names) -> tuple[float, float]:
-        """Return what :meth:`reliable` would, by the chances of order, if it counts, of no failure, and of no timeout.
+    def estimate(self, names: Names) -> float:
+        """Return the value of a set by the chances of order, if it counts, of no failure, and of no timeout.
 
-        Maps are taken as independent of each other, and a trial that is in order has the fitness of the set.
+        Maps are taken as independent of each other, and a good trial has the fitness of the set.
         """
         value = self.fitness(tuple(self.solved[name] for name in names)).fitness
         chance = self._chance_in_time(names)
         chance *= float(np.prod([len(self.scores[name]) / repeats_of(self.maps[name]) for name in names]))
         if self.fitness.kind.ordered:
             chance *= chance_of_order([self.scores[name] for name in names])
-        return max(self.reliability - chance, 0.0), min(value, 0.0) * chance + max(value, 0.0)
+        return self._value(names, value, chance, chance)
 
-    def reliable(self, names: Names) -> tuple[float, float]:
-        """Return by how much the share of good trials of a set is too small, and the mean value of a trial."""
-        results, chance = self._results(names), self._chance_in_time(names)
-        values, kept = values_of_trials(results, self.fitness)
-        share = chance * fmean(kept)
-        return max(self.reliability - share, 0.0), fmean(values) * chance
+    def of_trials(self, names: Names) -> float:
+        """Return the value of a set by its trials, and by the chance of no timeout."""
+        values, kept = values_of_trials(self._results(names), self.fitness)
+        in_time = self._chance_in_time(names)
+        return self._value(names, fmean(values), in_time, in_time * fmean(kept))
+
+    def _value(self, names: Names, value: float, chance: float, good: float) -> float:
+        """Return a value times a chance, unless it is a penalty, and the cost of a small share of good trials."""
+        runs = sum(len(self.maps[name]) for name in names)
+        cost = cost_of_unreliability(good, self.reliability, runs, self.fitness)
+        return min(value, 0.0) * chance + max(value, 0.0) + cost
 
     def _results(self, names: Names) -> SetResults:
         return tuple(self.maps[name] for name in names)

@@ -199,7 +199,8 @@ def test_a_map_that_fails_rarely_is_selected_where_the_set_stays_reliable():
 def test_many_sets_with_a_strong_but_unreliable_map_do_not_crowd_out_the_reliable_ones():
     near = {f"near_{number}": map_with(*[28.0 + 0.05 * number] * 8) for number in range(15)}
     flat = {f"flat_{number}": map_with(*[20.0 + 0.05 * number] * 8) for number in range(15)}
-    lucky = tuple((*runs, replace(runs[0], outcome="timeout")) for runs in map_with(*[60.0] * 7))
+    failed = replace(EQUAL[0][0], outcome="timeout")
+    lucky = tuple((*runs, failed, failed) for runs in map_with(*[60.0] * 6))
     maps = {**flat, **near, "apart": APART, "lucky": lucky}
     names = selected(maps)
     assert "lucky" not in names
