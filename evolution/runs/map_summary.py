@@ -82,8 +82,9 @@ class MapSummary:
     @property
     def runs(self) -> str:
         """The number of runs of a controller, or its range."""
-        counts = sorted({one.runs for one in self.controllers})
-        return " to ".join(map(str, counts[:: max(len(counts) - 1, 1)]))
+        counts = [one.runs for one in self.controllers]
+        least, most = min(counts), max(counts)
+        return str(most) if least == most else f"{least} to {most}"
 
     @property
     def sample(self) -> str:

@@ -110,14 +110,15 @@ class Expectations:
     def most_promising(self, scenarios: Sequence[Scenario], role: int, rng: np.random.Generator) -> int:
         """Return the place of the most promising of some new maps, by Thompson sampling.
 
-        A standard normal number is drawn, and all forecasts are moved by this number of standard deviations. One draw
-        for all maps treats the errors of their forecasts as perfectly correlated, so many similar maps do not crowd out
-        a different one. A map that is not built of motifs has no forecast; if no map has one, the first is selected.
+        A standard normal number is sampled, and all forecasts are shifted by this number of standard deviations. One
+        sample for all maps treats the errors of their forecasts as perfectly correlated, so many similar maps do not
+        crowd out a different one. A map that is not built of motifs has no forecast; if no map has one, the first is
+        selected.
 
         Args:
             scenarios: Maps without runs.
             role: The rank that the map would have in the best set.
-            rng: Source of the draw.
+            rng: Source of the sample.
         """
         new, shift = {one.world_digest: one for one in scenarios}, float(rng.normal())
         forecasts = self._surrogate.forecasts(new) if self._surrogate else {}

@@ -66,10 +66,10 @@ class ArchiveMating(InfillCriterion):  # type: ignore[misc]
 
     def _child(self, base: MapSet, role: int, parents: MapSet, rng: np.random.Generator) -> MapSet:
         """Return the set with another map in a role: the most promising of some mutated and sampled maps."""
-        trials = self._trials(base, role, parents, rng) if rng.random() >= FRESH else []
-        count = 1 if not trials else SAMPLED if self.expectations.predicts else 0
-        sampled = [self.sampling.draw(rng) for _ in range(count)]
-        children = [*(trial.after for trial, _ in trials), *(base.with_map(role, one) for one in sampled)]
+        mutated, sampled = (MUTATED, SAMPLED) if self.expectations.predicts else (1, 0)
+        trials = self._trials(base, role, parents, mutated, rng) if rng.random() >= FRESH else []
+        new = [self.sampling.draw(rng) for _ in range(sampled if trials else 1)]
+        children = [*(trial.after for trial, _ in trials), *(base.with_map(role, one) for one in new)]
         chosen = self.expectations.most_promising([child[role] for child in children], role, rng)
         if chosen < len(trials):
             trial, parent = trials[chosen]
@@ -78,9 +78,9 @@ class ArchiveMating(InfillCriterion):  # type: ignore[misc]
         return children[chosen]
 
     def _trials(
-        self, base: MapSet, role: int, parents: MapSet, rng: np.random.Generator
+        self, base: MapSet, role: int, parents: MapSet, count: int, rng: np.random.Generator
     ) -> list[tuple[Trial, Scenario]]:
-        """Return mutations of parents to maps that were not evaluated before, each with its parent."""
+        """Return ``count`` mutations of parents to maps that were not evaluated before, each with its parent."""
         mates = [one.genome for one in parents if one.genome is not None]
         found: list[tuple[Trial, Scenario]] = []
         for _ in range(MAX_TRIES):
@@ -88,6 +88,6 @@ class ArchiveMating(InfillCriterion):  # type: ignore[misc]
             trial = self.mutation.mutated_in(base.with_map(role, parent), role, role, rng, mates, before=base)
             if trial.after[role].world_digest not in self.expectations.archive.scenarios:
                 found.append((trial, parent))
-            if len(found) == (MUTATED if self.expectations.predicts else 1):
+            if len(found) == count:
                 break
         return found

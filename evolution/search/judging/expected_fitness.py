@@ -28,6 +28,7 @@ from evolution.search.judging.map_results import (
     repeats_of,
     singles_of,
     solved_trials,
+    sum_over_trials,
     without_failed_trials,
 )
 
@@ -111,7 +112,7 @@ def places_of(maps: Mapping[str, MapResults], scores: OfRepeats) -> Places:
 
 def _recoveries(of_map: MapResults) -> float:
     """Return the recoveries of all controllers in a trial, on average."""
-    total = sum(run.metrics.get("n_recoveries") or 0.0 for runs in of_map for run in runs)
+    total = sum_over_trials(of_map, lambda run: run.metrics.get("n_recoveries") or 0.0)
     return float(total) / repeats_of(of_map)
 
 

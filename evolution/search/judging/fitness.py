@@ -19,12 +19,12 @@ from evolution.search.judging.failures import FAILURES, FailurePolicy
 from evolution.search.judging.judgement import Judgement
 from evolution.search.judging.map_results import (
     MapResults,
-    count_of_trials,
     is_solved,
-    is_success,
     missing_runs,
     repeats_of,
     singles_of,
+    successes_of,
+    sum_over_trials,
 )
 from evolution.search.judging.patterns import FITNESSES, Parts, Pattern, Times, held_apart, pairwise_gaps
 from evolution.search.judging.settings import JudgingSettings
@@ -112,7 +112,7 @@ class Fitness:
             ConfigError: If the scale is not known yet.
             PluginError: If a third-party fitness or failure policy fails, or returns anything but finite numbers.
         """
-        success_rate = _successes(results) / _planned(results)
+        success_rate = sum(map(successes_of, results)) / _planned(results)
         timeouts = sum(self._timeouts(of_map) / repeats_of(of_map) for of_map in results)
         values = tuple(self.values_of(of_map) for of_map in results)
         scores, pattern = self.pattern_of(values, [self.spread_of(of_map) for of_map in results])
@@ -144,7 +144,7 @@ class Fitness:
             results: Results of a set; all its maps with missing runs have a failed run.
         """
         judged = self(results)
-        most = (_successes(results) + missing_runs(results)) / _planned(results)
+        most = (sum(map(successes_of, results)) + missing_runs(results)) / _planned(results)
         best = penalty(self.settings, most, judged.timeouts) - gain(self.settings, judged.pattern, most)
         return min(judged.fitness, best)
 
@@ -210,7 +210,7 @@ class Fitness:
         return scores, pattern
 
     def _timeouts(self, of_map: Sequence[Sequence[RunResult]]) -> float:
-        return count_of_trials(of_map, lambda run: run.outcome in self.settings.timeout_outcomes)
+        return sum_over_trials(of_map, lambda run: run.outcome in self.settings.timeout_outcomes)
 
     def _value(self, run: RunResult) -> float:
         if run.success:
@@ -219,12 +219,8 @@ class Fitness:
             return float(self.policy.value(run, self.time_limit))
 
 
-def _successes(results: SetResults) -> float:
-    """Return the number of successful runs, as if all controllers had as many runs on a map."""
-    return sum(count_of_trials(of_map, is_success) for of_map in results)
-
-
 def _planned(results: SetResults) -> int:
+    """Return the number of runs in all trials of a set, those that were left out among them."""
     return sum(len(of_map) * repeats_of(of_map) for of_map in results)
 
 

@@ -8,11 +8,8 @@ controller without any run was left out.
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
-from operator import attrgetter
 
 from evolution.driving import RunResult, SetResults
-
-is_success: Callable[[RunResult], bool] = attrgetter("success")
 
 MapResults = tuple[tuple[RunResult, ...], ...]
 """Results of one map: ``results[controller][repeat]``."""
@@ -69,10 +66,15 @@ def _trials(of_map: Sequence[Sequence[RunResult]]) -> list[list[RunResult]]:
 
 def success_share(of_map: MapResults) -> float:
     """Return the share of successful runs, every controller alike; a controller that was left out has failed."""
-    return count_of_trials(of_map, is_success) / (len(of_map) * repeats_of(of_map))
+    return successes_of(of_map) / (len(of_map) * repeats_of(of_map))
 
 
-def count_of_trials(of_map: Sequence[Sequence[RunResult]], counts: Callable[[RunResult], bool]) -> float:
-    """Return in how many trials a run counts, summed over controllers; it is a fraction if some have fewer runs."""
+def successes_of(of_map: Sequence[Sequence[RunResult]]) -> float:
+    """Return the number of successful runs in all trials."""
+    return sum_over_trials(of_map, lambda run: run.success)
+
+
+def sum_over_trials(of_map: Sequence[Sequence[RunResult]], value: Callable[[RunResult], float]) -> float:
+    """Return the sum of a value of all runs in all trials; runs that take part in more trials count more."""
     repeats = repeats_of(of_map)
-    return sum(sum(map(counts, runs)) * (repeats / len(runs)) for runs in of_map if runs)
+    return sum(sum(map(value, runs)) * (repeats / len(runs)) for runs in of_map if runs)

@@ -49,15 +49,22 @@ def search(**options):
         {},
         {"fitness": "cluster", "repeats": 2},
         {"fitness": "roles", "algorithm": "random"},
-        {"elite": True, "elite_seeds": 2, "mutation": {"maps": "one", "adaptive": True}, "caution": 1.0},
+        # All controllers drive the further seeds of the elite, so fewer runs are left out than without them.
+        {
+            "elite": True,
+            "elite_seeds": 2,
+            "mutation": {"maps": "one", "adaptive": True},
+            "caution": 1.0,
+            "pop_size": 10,
+            "evaluations": 60,
+        },
         {"fitness": "pairs", "elite": True, "aggregate": "median"},
     ],
 )
 def test_a_search_in_stages_finds_the_same_with_fewer_runs(options, seed):
     staged, fewer = search(seed=seed, **options)
     whole, all_runs = search(seed=seed, staged=False, **options)
-    # The elite gets its further seeds with all controllers, so a search may have nothing to leave out.
-    assert fewer < all_runs or (options.get("elite_seeds") and fewer == all_runs)
+    assert fewer < all_runs
     assert staged.record.generations == whole.record.generations
     assert [one.map_set.digest for one in staged.population] == [one.map_set.digest for one in whole.population]
     assert staged.best.results == whole.best.results
