@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import functools
 from collections.abc import Sequence
 from typing import NamedTuple
 
@@ -23,6 +24,7 @@ from gym_mapbench.generator.shapes import (
 )
 from gym_mapbench.planners.navfn import NavfnParams, NavfnPlanner
 from gym_mapbench.settings import Settings
+from gym_mapbench.world.footprint import Footprint
 from gym_mapbench.world.genome import Genome
 from gym_mapbench.world.gridmap import GridMap
 from gym_mapbench.world.robot import RobotSpec
@@ -111,14 +113,20 @@ def find_way(grid: GridMap, start: Pose, goal: Pose, robot: RobotSpec) -> NDArra
     Returns:
         ``(n, 2)`` x and y, m; None if there is no way, or NavFn would give up on it.
     """
-    params = CostmapParams.example_global()
-    wider = params.replace(footprint_padding=params.footprint_padding + grid.resolution)
-    costmap = build_static_costmap(grid, params, wider.make_footprint(robot))
+    costmap = build_static_costmap(grid, *_with_cell_to_spare(robot, grid.resolution))
     try:
         path = NavfnPlanner(NavfnParams(tolerance=0.0)).plan(costmap, start, goal)
     except NoPathError:
         return None
     return path[:, :2] if len(path) <= LONGEST_PLAN * 4 * max(grid.shape) else None
+
+
+@functools.lru_cache(maxsize=64)
+def _with_cell_to_spare(robot: RobotSpec, resolution: float) -> tuple[CostmapParams, Footprint]:
+    """Return the costmap's options, and the robot's footprint, padded by a cell more."""
+    params = CostmapParams.example_global()
+    wider = params.replace(footprint_padding=params.footprint_padding + resolution)
+    return params, wider.make_footprint(robot)
 
 
 def draw_map(

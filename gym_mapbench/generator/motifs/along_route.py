@@ -87,12 +87,11 @@ class AlongRoute(Settings):
         legs, reach = legs_of(genes.route, start, goal), (shapes.cleared_distance + 0.5) * shapes.resolution
         _check_room(legs, shapes, reach)
         centres = (np.arange(shapes.size) + 0.5) * shapes.resolution
-        x, y = np.meshgrid(centres, centres)
         for place in places(self, genes, start, goal):
             leg, section = legs[place.leg], genes.sections[place.section]
             if not _is_clear(leg, place.centre, start, goal, reach):
                 continue
-            dx, dy = x - place.centre[0], y - place.centre[1]
+            dx, dy = centres - place.centre[0], (centres - place.centre[1])[:, None]
             along, across = (dx * unit[0] + dy * unit[1] for unit in (leg.along, leg.across))
             motif = self.motif(section.motif)
             around = Around(along, across, place.number, shapes.resolution)

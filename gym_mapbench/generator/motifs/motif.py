@@ -121,6 +121,6 @@ class Motif(AlongRoute):
         """Return the values of all genes of one element, each within its range."""
         deviations = section.elements[number]
         return {
-            gene: float(np.clip(section.shared[gene] + deviations.get(gene, 0.0) * (high - low), low, high))
+            gene: float(min(max(section.shared[gene] + deviations.get(gene, 0.0) * (high - low), low), high))
             for gene, (low, high) in self.ranges.items()
         }
