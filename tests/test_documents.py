@@ -1,4 +1,4 @@
-"""Every code block of the documents runs: Python and shell blocks in one folder, in order, as a reader would."""
+"""Every code block of the README runs: Python and shell blocks in one folder, in order, as a reader would."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ import pytest
 from gym_mapbench.registry import Registry
 
 ROOT = Path(__file__).resolve().parents[1]
-DOCUMENTS = ("README.md", "docs/extending.md")
+DOCUMENT = "README.md"
 INTERPRETERS = {"python": [sys.executable, "-W", "error::DeprecationWarning:__main__"], "bash": ["bash", "-e"]}
 
 
@@ -35,37 +35,27 @@ def name_of(block: str, position: int, language: str) -> str:
     return named[1] if named else f"block_{position}.{language}"
 
 
-BLOCKS = [
-    pytest.param(document, position, id=f"{document}-{position}")
-    for document in DOCUMENTS
-    for position in range(len(blocks_of(document)))
-]
-
-
 @pytest.fixture(scope="module")
-def folders(tmp_path_factory):
-    """A folder for each document, with the examples in it as in a clone; later blocks use what earlier ones wrote."""
-    folders = {}
-    for document in DOCUMENTS:
-        folders[document] = tmp_path_factory.mktemp("reader")
-        shutil.copytree(ROOT / "examples", folders[document] / "examples")
-    return folders
+def folder(tmp_path_factory):
+    """A folder with the examples in it as in a clone; later blocks use what earlier ones wrote."""
+    folder = tmp_path_factory.mktemp("reader")
+    shutil.copytree(ROOT / "examples", folder / "examples")
+    return folder
 
 
-@pytest.mark.parametrize("document", DOCUMENTS)
-def test_there_is_something_to_run(document):
-    assert {"python", "bash"} <= {language for language, _ in blocks_of(document)}
+def test_there_is_something_to_run():
+    assert {"python", "bash"} <= {language for language, _ in blocks_of(DOCUMENT)}
 
 
-@pytest.mark.parametrize(("document", "position"), BLOCKS)
-def test_block_runs(document, position, folders):
-    language, text = blocks_of(document)[position]
+@pytest.mark.parametrize("position", range(len(blocks_of(DOCUMENT))))
+def test_block_runs(position, folder):
+    language, text = blocks_of(DOCUMENT)[position]
     path = os.pathsep.join([str(Path(sys.executable).parent), os.environ["PATH"]])
-    script = folders[document] / name_of(text, position, language)
+    script = folder / name_of(text, position, language)
     script.write_text(text, encoding="utf-8")
     done = subprocess.run(
         [*INTERPRETERS[language], str(script)],
-        cwd=folders[document],
+        cwd=folder,
         env={**os.environ, "PATH": path, "MPLBACKEND": "agg"},
         capture_output=True,
         text=True,
