@@ -58,8 +58,7 @@ class Archive:
         self._judged: dict[str, JudgedMap] = {}
         self._judge: Fitness | None = None
         self._new: list[tuple[Job, RunResult]] = []
-        self._everyone = single_stage(plan)
-        self.stages = stages or self._everyone
+        self.stages = stages or single_stage(plan)
 
     def evaluate(self, map_sets: Sequence[MapSet], going_on: GoingOn | None = None) -> list[SetResults]:
         """Return the results of these sets; new maps are driven with the repeats of the plan.
@@ -76,17 +75,15 @@ class Archive:
         self._drive_stages(dict.fromkeys(scenarios, self.plan.repeats), self.stages, first, going_on)
         return [self.results_of(map_set) for map_set in map_sets]
 
-    def drive(self, repeats: Mapping[str, int], *, everyone: bool = False) -> None:
-        """Drive known maps until each controller has a number of runs on them; earlier runs count.
+    def drive(self, repeats: Mapping[str, int]) -> None:
+        """Drive known maps, stage by stage, until each controller has a number of runs on them; earlier runs count.
 
         Failures in earlier repeats do not end the stages of later ones.
 
         Args:
             repeats: For each map, by digest, the number of runs.
-            everyone: Whether controllers drive even where others fail.
         """
-        known = {name: self.repeats_of(name) for name in repeats}
-        self._drive_stages(repeats, self._everyone if everyone else self.stages, known)
+        self._drive_stages(repeats, self.stages, {name: self.repeats_of(name) for name in repeats})
 
     def drive_more(self, further: Mapping[str, Sequence[int]]) -> None:
         """Drive further runs on known maps; controllers may get different numbers of them.
@@ -103,10 +100,18 @@ class Archive:
             ]
         )
 
+    def missing(self, repeats: Mapping[str, int]) -> dict[str, tuple[int, ...]]:
+        """Return the number of runs of each controller that known maps lack.
+
+        Args:
+            repeats: For each map, by digest, the number of runs that each controller should have.
+        """
+        return {name: tuple(max(most - one, 0) for one in self.runs_of(name)) for name, most in repeats.items()}
+
     def complete(self, map_sets: Iterable[MapSet]) -> None:
         """Drive the runs of these sets that controllers lack on maps where another controller has more."""
         digests = {scenario.world_digest: None for map_set in map_sets for scenario in map_set}
-        self.drive({digest: self.repeats_of(digest) for digest in digests}, everyone=True)
+        self.drive_more(self.missing({digest: self.repeats_of(digest) for digest in digests}))
 
     def drive_while_solved(self, repeats: Mapping[str, int]) -> None:
         """Drive known maps, one seed after the other, until each has a number of runs or one failed run.

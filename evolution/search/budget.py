@@ -45,11 +45,6 @@ class Budget:
         """Runs that are left."""
         return NO_LIMIT if self.settings.runs is None else self.settings.runs - self.archive.count
 
-    def cost_of(self, repeats: Mapping[str, int]) -> int:
-        """Return the number of runs until maps of the archive, by digest, have so many repeats."""
-        missing = (wanted - self.archive.repeats_of(digest) for digest, wanted in repeats.items())
-        return self.controllers * sum(max(number, 0) for number in missing)
-
 
 def runs_in(further: Mapping[str, Sequence[int]]) -> int:
     """Return the number of further runs, given for each map and controller."""

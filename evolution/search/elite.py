@@ -47,13 +47,13 @@ def give_further_seeds(front: Iterable[Evaluation], archive: Archive, settings: 
         settings: Options of the search.
         budget: Limits the runs.
     """
-    wanted: dict[str, int] = {}
+    further: dict[str, tuple[int, ...]] = {}
     for one in front:
         names = [scenario.world_digest for scenario in one.map_set]
-        more = wanted | {name: _next_repeats(archive.repeats_of(name), settings) for name in names}
-        if budget.cost_of(more) <= budget.runs:
-            wanted = more
-    archive.drive(wanted, everyone=True)
+        more = further | archive.missing({name: _next_repeats(archive.repeats_of(name), settings) for name in names})
+        if runs_in(more) <= budget.runs:
+            further = more
+    archive.drive_more(further)
 
 
 def _next_repeats(repeats: int, settings: EvolveSettings) -> int:

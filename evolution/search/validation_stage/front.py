@@ -12,7 +12,7 @@ from pymoo.util.nds.non_dominated_sorting import NonDominatedSorting
 
 from evolution.search.algorithms import Evaluation
 from evolution.search.archive import Archive
-from evolution.search.budget import Budget
+from evolution.search.budget import Budget, runs_in
 from evolution.search.judging import Objectives
 from evolution.search.validation_stage.held_out import ValidationResult, held_out, last_repeats
 from evolution.search.validation_stage.trials import trials_of
@@ -60,15 +60,15 @@ def reevaluate(
         seeds: Further runs of each controller on each map.
         budget: Limits the runs.
     """
-    wanted: dict[str, int] = {}
+    further: dict[str, tuple[int, ...]] = {}
     driven: set[str] = set()
     for one in spread(front):
         maps = [scenario.world_digest for scenario in one.map_set]
-        more = wanted | {name: archive.repeats_of(name) + seeds for name in maps if name not in wanted}
-        if budget.cost_of(more) <= budget.all_runs:
-            wanted = more
+        more = further | archive.missing({name: archive.repeats_of(name) + seeds for name in maps})
+        if runs_in(more) <= budget.all_runs:
+            further = more
             driven.add(one.map_set.digest)
-    archive.drive(wanted, everyone=True)
+    archive.drive_more(further)
     return _remaining(
         [
             _reevaluated(one, archive, objectives, seeds) if one.map_set.digest in driven else FrontPoint(one)

@@ -104,7 +104,7 @@ def test_a_map_that_failed_once_can_be_driven_on():
     archive.drive(dict.fromkeys(archive.scenarios, 2))
     failed = [name for name in archive.scenarios if archive.repeats_of(name) == 2 and not archive.is_solved(name)]
     digest = next(name for name in failed if len(set(archive.runs_of(name))) > 1)
-    archive.drive({digest: 3}, everyone=True)
+    archive.drive_more(archive.missing({digest: 3}))
     assert archive.runs_of(digest) == (3, 3, 3)
 
 
