@@ -86,6 +86,7 @@ REPORTED = {
     "held_out_fitness": "held-out (median)",
     "held_out_low": "from",
     "held_out_high": "to",
+    "mean_trial": "mean trial (median)",
     "absolute_error": "difference (median)",
     "within_half": "difference of 0.5 at most",
     "held_out_success_rate": "success on held-out seeds",
@@ -181,10 +182,11 @@ def _tables(analysis: StudyAnalysis, best_sets: Sequence[BestSet]) -> list[Table
     if rows := reported_fitness_rows(results):
         note = (
             "Reported and held-out fitness of the best sets; the interval is the 95 % interval of the median over "
-            "runs. Rank agreement counts over all held-out trials. All roles are filled if on one map all controllers "
-            "are within a factor of 1.2, on another two groups are further apart than that, and so on. A12 and p "
-            "(corrected by Holm over these rows) compare with the first configuration of the same fitness, navigation "
-            "and held-out noise."
+            "runs. A mean trial is the mean fitness of the held-out trials of a set, of which one that loses the ranks "
+            "counts as 0 or its penalty. Rank agreement counts over all held-out trials. All roles are filled if on "
+            "one map all controllers are within a factor of 1.2, on another two groups are further apart than that, "
+            "and so on. A12 and p (corrected by Holm over these rows) compare with the first configuration of the same "
+            "fitness, navigation and held-out noise."
         )
         tables.append(table_of("Reported and held-out fitness", REPORTED, rows, note))
     tables += [table for best in best_sets if best.run.reevaluation is not None for table in _best_set_tables(best.run)]

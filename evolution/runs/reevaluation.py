@@ -25,12 +25,14 @@ class Reevaluation:
         trials: The judgement of each held-out seed alone: one run of each controller on each map.
         as_searched: The judgements of as many repeats at a time as the search had.
         scores: The score of each map in the search.
+        ordered: Whether the ranks of the maps count in the fitness.
     """
 
     results: SetResults
     trials: tuple[Judgement, ...]
     as_searched: tuple[Judgement, ...]
     scores: tuple[float | None, ...]
+    ordered: bool = True
 
     @property
     def fitness(self) -> float:
@@ -41,6 +43,20 @@ class Reevaluation:
     def fitness_as_searched(self) -> float:
         """Held-out fitness with as many repeats as the search had: the median over :attr:`as_searched`."""
         return median(one.fitness for one in self.as_searched)
+
+    @property
+    def mean_trial(self) -> float:
+        """Mean fitness of the trials, of which one that loses the ranks has no value: it counts as 0 or its penalty.
+
+        The validation stage selects sets by the same mean.
+        """
+        searched = order_of(self.scores)
+        return fmean(
+            one.fitness
+            if not self.ordered or (searched is not None and order_of(one.scores) == searched)
+            else max(one.fitness, 0.0)
+            for one in self.trials
+        )
 
     @property
     def success_rate(self) -> float:
@@ -73,7 +89,8 @@ def reevaluation_of(results: SetResults, reported: Mapping[str, Any], experiment
     """
     fitness = experiment.fitness(reported["cluster_scale"])
     scores = tuple(entry["score"] for entry in reported["maps"])
-    return Reevaluation(results, judge(results, fitness, 1), judge(results, fitness, experiment.search.repeats), scores)
+    trials, as_searched = judge(results, fitness, 1), judge(results, fitness, experiment.search.repeats)
+    return Reevaluation(results, trials, as_searched, scores, fitness.kind.ordered)
 
 
 def judge(results: SetResults, fitness: Fitness, repeats: int) -> tuple[Judgement, ...]:

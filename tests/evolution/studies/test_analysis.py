@@ -141,6 +141,11 @@ def test_order_and_curse_by_hand():
     assert again.rank_agreement == 0.5
     assert again.success_rate == pytest.approx((1 + 1 + 8 / 9) / 3)
     assert again.fitness == np.median([one.fitness for one in singles])
+    as_seen, _, failed = (one.fitness for one in singles)
+    assert as_seen < 0.0 < failed
+    assert again.mean_trial == pytest.approx((as_seen + 0.0 + failed) / 3)
+    unordered = Reevaluation(results, singles, singles, (0.0, 0.3, 0.6), ordered=False)
+    assert unordered.mean_trial == pytest.approx(np.mean([one.fitness for one in singles]))
     assert np.isnan(Reevaluation(results, singles, singles, (0.0, None, 0.6)).rank_agreement)
     run = made_run("a", 0, -8.0, -6.5)
     assert run.selection_bias == pytest.approx(1.5)
