@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import csv
-from collections.abc import Callable
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import replace
 from pathlib import Path
 from typing import Any
@@ -50,6 +50,16 @@ LEAST_FOR_A_BOX = 5
 """Searches of a method from which on quartiles say something."""
 OTHER_SCALES = ("change:", "robust with the fitness")
 """How searches begin that the box plot leaves out: changes that were tried, and a fitness with other values."""
+EVOLVE_PANELS = {
+    "families of the default search": ("random", "ours"),
+    "families with their own ranges alone": ("random_wide", "ours_wide"),
+}
+"""Searches of the study ``evolve`` that are compared, sampling first."""
+EVOLVE_MEASURES = {
+    "held_out_fitness": "held-out fitness (lower is better)",
+    "mean_trial": "mean held-out trial (lower is better)",
+}
+"""Columns of the study ``evolve`` that are drawn, with their labels."""
 
 
 def _office() -> Scenario:
@@ -224,21 +234,33 @@ def heldout() -> Any:
 
 
 def evolve() -> Any:
-    """Draw the held-out fitness of the study ``evolve``: one line for each seed, from random sampling to evolution."""
-    values: dict[str, list[float]] = {"random": [], "ours": []}
-    for row in csv.DictReader((ROOT / "docs" / "concepts" / "evolve.csv").read_text(encoding="utf-8").splitlines()):
-        values[row["search"]].append(float(row["held_out_fitness"]))
-    figure, (axes,) = new_figure(width=7.5, height=2.6)
-    for pair in zip(*values.values(), strict=True):
-        axes.plot(pair, [0, 1], ".-", color=colour_of("ab", "a"), alpha=0.6, linewidth=0.8)
-    for place, of_search in enumerate(values.values()):
-        axes.plot(np.median(of_search), place, "D", color=colour_of("ab", "b"), label="" if place else "median")
+    """Draw two measures of the sets of the study ``evolve``, by families: one line for each seed."""
+    text = (ROOT / "docs" / "concepts" / "evolve.csv").read_text(encoding="utf-8")
+    rows = list(csv.DictReader(text.splitlines()))
+    figure, panels = new_figure(len(EVOLVE_PANELS), width=9.0, height=4.4, sharey=True, rows=len(EVOLVE_MEASURES))
+    for of_measure, (measure, label) in zip(panels, EVOLVE_MEASURES.items(), strict=True):
+        for axes, names in zip(of_measure, EVOLVE_PANELS.values(), strict=True):
+            searches = [{row["seed"]: float(row[measure]) for row in rows if row["search"] == name} for name in names]
+            _draw_pairs(axes, searches)
+            axes.set_xlabel(label)
+    for axes, title in zip(panels[0], EVOLVE_PANELS, strict=True):
+        axes.set_title(title, fontsize=9)
+    panels[0, 0].legend(loc="upper left", frameon=False, fontsize=8)
+    return figure
+
+
+def _draw_pairs(axes: Any, searches: Sequence[Mapping[str, float]]) -> None:
+    """Draw a line for each seed, from random sampling to evolution, and the median of both."""
+    for seed in sorted(searches[0].keys() & searches[1].keys()):
+        values = [one[seed] for one in searches]
+        axes.plot(values, [0, 1], ".-", color=colour_of("ab", "a"), alpha=0.6, linewidth=0.8)
+    for place, of_search in enumerate(searches):
+        middle = np.median(list(of_search.values()))
+        axes.plot(middle, place, "D", color=colour_of("ab", "b"), label="" if place else "median")
     axes.set_yticks([0, 1], ["random sampling", "offspring of the archive"])
     axes.set_ylim(-0.4, 1.4)
-    axes.set_xlabel("held-out fitness (lower is better)")
-    axes.legend(loc="upper left", frameon=False, fontsize=8)
+    axes.set_xlim(-8.0, 4.5)
     axes.grid(axis="x", alpha=0.3)
-    return figure
 
 
 def _held_out_fitness() -> dict[str, list[float]]:
