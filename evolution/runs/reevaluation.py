@@ -48,7 +48,7 @@ class Reevaluation:
     def mean_trial(self) -> float:
         """Mean fitness of the trials, of which one that loses the ranks has no value: it counts as 0 or its penalty.
 
-        The validation stage selects sets by the same mean.
+        The validation stage values trials in the same way.
         """
         searched = order_of(self.scores)
         return fmean(
