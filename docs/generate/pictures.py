@@ -59,7 +59,7 @@ EVOLVE_MEASURES = {
     "held_out_fitness": "held-out fitness (lower is better)",
     "mean_trial": "mean held-out trial (lower is better)",
 }
-"""Columns of the study ``evolve`` that are drawn, with their labels."""
+"""Measures of the sets of the study ``evolve``, by column of the CSV file, with the labels of the x axis."""
 
 
 def _office() -> Scenario:

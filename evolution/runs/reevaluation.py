@@ -13,7 +13,7 @@ from typing import Any
 
 from evolution.driving import SetResults
 from evolution.runs.recorded_experiment import RecordedExperiment
-from evolution.search import Fitness, Judgement, order_of
+from evolution.search import Fitness, Judgement, order_kept, order_of, values_in_order
 
 
 @dataclass(frozen=True)
@@ -46,17 +46,8 @@ class Reevaluation:
 
     @property
     def mean_trial(self) -> float:
-        """Mean fitness of the trials, of which one that loses the ranks has no value: it counts as 0 or its penalty.
-
-        The validation stage values trials in the same way.
-        """
-        searched = order_of(self.scores)
-        return fmean(
-            one.fitness
-            if not self.ordered or (searched is not None and order_of(one.scores) == searched)
-            else max(one.fitness, 0.0)
-            for one in self.trials
-        )
+        """Mean fitness of the trials; a trial that loses the ranks of the maps counts as 0, or as its penalty."""
+        return fmean(values_in_order(self.trials, order_kept(self.trials, self.scores, self.ordered)))
 
     @property
     def success_rate(self) -> float:

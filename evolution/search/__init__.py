@@ -47,7 +47,9 @@ from evolution.search.judging import (
     calibrate_scale,
     gini,
     is_solved,
+    order_kept,
     order_of,
+    values_in_order,
 )
 from evolution.search.loop import EvolveResult, Progress, evolve
 from evolution.search.operators import (
@@ -119,6 +121,7 @@ __all__ = [
     "load_preset",
     "nested",
     "nested_document",
+    "order_kept",
     "order_of",
     "preset_names",
     "read_document",
@@ -127,4 +130,5 @@ __all__ = [
     "scenario_on",
     "short_names",
     "stages_of",
+    "values_in_order",
 ]

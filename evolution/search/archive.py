@@ -202,7 +202,8 @@ class Archive:
                 next_of = {name: stage for name, stage in next_of.items() if name not in dropped}
             names = list(next_of)
             begun.update(names)
-            self._drive([job for name in names for job in self._missing(name, next_of[name], repeats[name])])
+            lacking = self.missing({name: repeats[name] for name in names})
+            self.drive_more({name: _of_stage(counts, next_of[name]) for name, counts in lacking.items()})
 
     def _next_stages(
         self, names: Iterable[str], repeats: Mapping[str, int], stages: Stages, since: Mapping[str, int]
@@ -218,12 +219,6 @@ class Archive:
             self._judged.pop(job.scenario.world_digest, None)
             self._new.append((job, result))
         self.count += len(jobs)
-
-    def _missing(self, digest: str, stage: Iterable[int], repeats: int) -> list[Job]:
-        runs, scenario = self._runs[digest], self.scenarios[digest]
-        return [
-            self.plan.job(scenario, number, repeat) for number in stage for repeat in range(len(runs[number]), repeats)
-        ]
 
 
 def best_by_exchange(names: Names, maps: Collection[str], value: Callable[[Names], Any]) -> Names:
@@ -247,3 +242,8 @@ def best_by_exchange(names: Names, maps: Collection[str], value: Callable[[Names
         least = min(values)
         names = tried[values.index(least)]
     return names
+
+
+def _of_stage(counts: Sequence[int], stage: Stage) -> list[int]:
+    """Return the numbers of runs of the controllers of a stage, and 0 for the others."""
+    return [count if place in stage else 0 for place, count in enumerate(counts)]

@@ -123,7 +123,7 @@ def find_way(grid: GridMap, start: Pose, goal: Pose, robot: RobotSpec) -> NDArra
 
 @functools.lru_cache(maxsize=64)
 def _with_cell_to_spare(robot: RobotSpec, resolution: float) -> tuple[CostmapParams, Footprint]:
-    """Return the costmap's options, and the robot's footprint, padded by a cell more."""
+    """Return the options of the costmap, and the footprint of the robot, padded by one more cell (m)."""
     params = CostmapParams.example_global()
     wider = params.replace(footprint_padding=params.footprint_padding + resolution)
     return params, wider.make_footprint(robot)

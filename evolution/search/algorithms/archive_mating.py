@@ -80,7 +80,7 @@ class ArchiveMating(InfillCriterion):  # type: ignore[misc]
     def _trials(
         self, base: MapSet, role: int, parents: MapSet, count: int, rng: np.random.Generator
     ) -> list[tuple[Trial, Scenario]]:
-        """Return ``count`` mutations of parents to maps that were not evaluated before, each with its parent."""
+        """Return at most ``count`` mutations of parents to maps that were not evaluated, each with its parent."""
         mates = [one.genome for one in parents if one.genome is not None]
         found: list[tuple[Trial, Scenario]] = []
         for _ in range(MAX_TRIES):

@@ -67,3 +67,20 @@ def order_of(scores: Sequence[float | None]) -> tuple[int, ...] | None:
     """Return the places of the maps in order of their scores, the smallest first; None if a map has no score."""
     known = [score for score in scores if score is not None]
     return tuple(int(place) for place in np.argsort(known, kind="stable")) if len(known) == len(scores) else None
+
+
+def order_kept(trials: Iterable[Judgement], scores: Sequence[float | None], ordered: bool) -> list[bool]:
+    """Return for each trial whether the scores of its maps have the order of given scores.
+
+    Args:
+        trials: Judgements of trials of a set.
+        scores: One score for each map, None for a map without one; no trial has their order if a score is missing.
+        ordered: Whether the order counts in the fitness; if not, every trial has it.
+    """
+    wanted = order_of(scores)
+    return [wanted is not None and (order_of(one.scores) == wanted or not ordered) for one in trials]
+
+
+def values_in_order(trials: Iterable[Judgement], kept: Iterable[bool]) -> list[float]:
+    """Return the fitness of each trial; a trial that loses the order of the maps counts as 0, or as its penalty."""
+    return [one.fitness if in_order else max(one.fitness, 0.0) for one, in_order in zip(trials, kept, strict=True)]

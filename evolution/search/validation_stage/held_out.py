@@ -8,8 +8,8 @@ from statistics import fmean, median
 import numpy as np
 
 from evolution.driving import RunResult, SetResults
-from evolution.search.judging import Fitness, Judgement, MapResults
-from evolution.search.validation_stage.trials import order_kept, trials_of
+from evolution.search.judging import Fitness, Judgement, MapResults, order_kept
+from evolution.search.validation_stage.trials import trials_of
 from evolution.statistics import wilson_interval
 
 MIDDLE = (2.5, 97.5)
@@ -64,7 +64,7 @@ def held_out(results: SetResults, judged: Judgement, fitness: Fitness, seeds: in
         fitness=median(values),
         interval=(float(low), float(high)),
         fitness_par2=_fitness_par2(last, fitness),
-        order_kept=fmean(order_kept(trials, judged, fitness)),
+        order_kept=fmean(order_kept(trials, judged.scores, fitness.kind.ordered)),
         goals=goals,
         runs=len(runs),
         goals_interval=wilson_interval(goals, len(runs)),

@@ -15,14 +15,16 @@ from evolution.search.judging import (
     MapResults,
     Names,
     is_untouched,
+    order_kept,
     repeats_of,
     scores_of,
     solved_trials,
     success_share,
+    values_in_order,
 )
 from evolution.search.judging.expected_fitness import chances_in_time, cost_of_unreliability, places_of
 from evolution.search.sections import ValidationSettings
-from evolution.search.validation_stage.trials import order_kept, trials_of
+from evolution.search.validation_stage.trials import trials_of
 
 Results = Mapping[str, MapResults]
 """Results of maps, by name."""
@@ -125,11 +127,8 @@ def _place(score: float | None) -> float:
 def values_of_trials(results: SetResults, fitness: Fitness) -> tuple[list[float], list[bool]]:
     """Return the fitness of each trial, at least 0 where the maps lose their order, and where they keep it."""
     trials = [fitness(one) for one in trials_of(results)]
-    kept = order_kept(trials, fitness(tuple(map(solved_trials, results))), fitness)
-    values = [
-        trial.fitness if in_order else max(trial.fitness, 0.0) for trial, in_order in zip(trials, kept, strict=True)
-    ]
-    return values, kept
+    kept = order_kept(trials, fitness(tuple(map(solved_trials, results))).scores, fitness.kind.ordered)
+    return values_in_order(trials, kept), kept
 
 
 def chance_of_order(scores: Sequence[Sequence[float]]) -> float:

@@ -2,13 +2,12 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
 from itertools import product
 
 import numpy as np
 
 from evolution.driving import SetResults
-from evolution.search.judging import Fitness, Judgement, order_of, singles_of
+from evolution.search.judging import singles_of
 
 MAX_COMBINATIONS = 1024
 
@@ -28,15 +27,3 @@ def trials_of(results: SetResults) -> list[SetResults]:
         for first in range(most)
         for step in range(most)
     ]
-
-
-def order_kept(trials: Sequence[Judgement], judged: Judgement, fitness: Fitness) -> list[bool]:
-    """Return for each trial whether the scores of its maps have the order of the set's scores, if the order counts.
-
-    Args:
-        trials: Judgements of trials of a set.
-        judged: Judgement of the set by all its runs.
-        fitness: Judged them.
-    """
-    wanted = order_of(judged.scores)
-    return [wanted is not None and (order_of(one.scores) == wanted or not fitness.kind.ordered) for one in trials]

@@ -45,7 +45,7 @@ def reported_fitness_rows(results: StudyResults) -> list[Row]:
 
 
 def _row(name: str, runs: Sequence[StudyRun], reference: Sequence[StudyRun]) -> Row:
-    again = [run.reevaluation for run in runs if run.reevaluation is not None]
+    reevaluations = [run.reevaluation for run in runs if run.reevaluation is not None]
     held_out, reported = np.array([_held_out(run) for run in runs]), np.array([run.fitness for run in runs])
     low, high = median_interval(held_out, np.random.default_rng(BOOTSTRAP_SEED))
     same = [run.seed for run in reference] == [run.seed for run in runs] and reference[0].path == runs[0].path
@@ -60,12 +60,12 @@ def _row(name: str, runs: Sequence[StudyRun], reference: Sequence[StudyRun]) -> 
             "held_out_fitness": float(np.median(held_out)),
             "held_out_low": low,
             "held_out_high": high,
-            "mean_trial": float(np.median([one.mean_trial for one in again])),
+            "mean_trial": float(np.median([one.mean_trial for one in reevaluations])),
             "absolute_error": float(np.median(np.abs(held_out - reported))),
             "within_half": float(np.mean(np.abs(held_out - reported) <= CLOSE)),
-            "held_out_success_rate": fmean(one.success_rate for one in again),
+            "held_out_success_rate": fmean(one.success_rate for one in reevaluations),
             "rank_agreement": fmean(agreement_over_all(run) for run in runs),
-            "roles": fmean(fills_roles(one.results) for one in again),
+            "roles": fmean(fills_roles(one.results) for one in reevaluations),
             "against": reference[0].configuration.name if tested else "",
             "a12": vargha_delaney_a12(others, held_out) if tested else None,
             "p_holm": pairwise_mann_whitney({"a": held_out, "b": others}, [("a", "b")])[0].p_value if tested else None,
