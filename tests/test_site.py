@@ -1,7 +1,8 @@
 """The pages of the site: every command on them parses, every block runs, and what they take from the code is there.
 
-The blocks run in this process, in one folder, with small budgets, so that the pages share what they make; those of
-README.md run as a reader runs them, in test_documents.py.
+The blocks run in this process, in one folder, with small budgets, so that the pages share what they make. Those of
+docs/extending.md have worker processes, which must find the examples, too. Those of README.md run as a reader runs
+them, in test_documents.py.
 """
 
 from __future__ import annotations
@@ -41,6 +42,8 @@ SITE = yaml.load((ROOT / "mkdocs.yml").read_text(encoding="utf-8"), yaml.BaseLoa
 PAGES = sorted(path.relative_to(ROOT).as_posix() for path in (ROOT / "docs").rglob("*.md"))
 IN_ORDER = re.findall(r"[\w/-]+\.md", str(SITE["nav"]))
 RUN_HERE = [f"docs/{page}" for page in IN_ORDER]
+WITH_WORKERS = "docs/extending.md"
+"""The page whose blocks run with worker processes: these must find what an example names ``module:attribute``."""
 
 TINY = """
 search: {archive: {elite_seeds: 0}, validation: {seeds: 2, candidates: 2, held_out_seeds: 2}}
@@ -99,7 +102,8 @@ def done():
 def test_blocks_run(page, folder, done, monkeypatch):
     for registry in (EXECUTORS, FORMATS, METRICS):  # what a block registers, it registers for itself
         monkeypatch.setattr(registry, "_entries", dict(registry._entries))
-    monkeypatch.setitem(EXECUTORS._entries, "processes", lambda setup: AtOnce())
+    if page != WITH_WORKERS:
+        monkeypatch.setitem(EXECUTORS._entries, "processes", lambda setup: AtOnce())
     monkeypatch.syspath_prepend(folder)
     with chdir(folder):
         for position, (language, text) in enumerate(blocks_of(page)):
