@@ -1,4 +1,4 @@
-"""Compare the atlas' search with random drawing at the same runs: coverage and QD score on held-out seeds."""
+"""Compare the atlas' search with random sampling at the same runs: coverage and QD score on held-out seeds."""
 
 from __future__ import annotations
 

@@ -35,7 +35,7 @@ from gym_mapbench.costmap import Costmap, LaserScan, LayeredCostmap, build_stati
 from gym_mapbench.env.config import EnvConfig
 from gym_mapbench.env.single import MapBenchEnv
 from gym_mapbench.errors import NoPathError
-from gym_mapbench.generator import ShapeSettings, default_task, sample_map
+from gym_mapbench.generator import FamilySpec, ShapeSettings, default_task, draw_from, sample_map
 from gym_mapbench.planners import make_planner
 from gym_mapbench.world.footprint import Footprint
 from gym_mapbench.world.gridmap import GridMap
@@ -163,6 +163,14 @@ def world_timings(scenario: Scenario) -> Iterator[Timing]:
     yield measure("env reset", lambda: env.reset(options={"scenario": scenario}), 100)
 
 
+def generator_timings() -> Iterator[Timing]:
+    """Maps of a motif: built from sampled genes, and sampled until the robot can drive them."""
+    families, shapes, rng = [FamilySpec(name="gates")], ShapeSettings(), np.random.default_rng(0)
+    family = families[0].make()
+    yield measure("build a map of gates", lambda: family.build(family.draw_genes(rng), shapes))
+    yield measure("sample a drivable map of gates", lambda: draw_from(rng, families, shapes, EnvConfig().robot))
+
+
 def costmap_timings(scenario: Scenario) -> Iterator[Timing]:
     """Updates of both costmaps along a drive, each with a new scan of 360 beams."""
     navigation, lidar = load_preset("thesis"), LidarSettings()
@@ -267,7 +275,12 @@ def main() -> None:
         return
     nav2, scenario = recorded_nav2(args.oracle), a_scenario()
     print(f"{'what':44s} {'ms':>10s} {'x loop':>12s} {'Nav2 ms':>10s} {'faster':>9s}")
-    for timing in (*follower_timings(scenario, nav2), *world_timings(scenario), *run_timings(scenario)):
+    for timing in (
+        *follower_timings(scenario, nav2),
+        *world_timings(scenario),
+        *generator_timings(),
+        *run_timings(scenario),
+    ):
         print(timing.line(), flush=True)
 
 

@@ -29,7 +29,7 @@ class AtlasSettings(Settings):
         repeats: Runs of each controller on a map before it enters a cell.
         held_out_seeds: Runs of each controller on each elite after the search.
         batch: New maps that are evaluated at a time.
-        fresh: Probability that a new map is sampled; all others are mutated elites. 1 is random drawing.
+        fresh: Probability that a new map is sampled; all others are mutated elites. 1 is random sampling.
     """
 
     runs: Count = 1000
