@@ -10,6 +10,7 @@ import pytest
 
 from evolution.driving import Evaluator, JobPlan, RunResult
 from evolution.search.archive import Archive, best_by_exchange
+from evolution.search.budget import runs_in
 from evolution.search.judging import Fitness, JudgingSettings, is_solved, judge_map, repeats_of
 from evolution.search.operators.sampling import sample_map_set
 from evolution.search.staging import stages_of
@@ -106,6 +107,18 @@ def test_a_map_that_failed_once_can_be_driven_on():
     digest = next(name for name in failed if len(set(archive.runs_of(name))) > 1)
     archive.drive_more(archive.missing({digest: 3}))
     assert archive.runs_of(digest) == (3, 3, 3)
+
+
+def test_the_runs_that_maps_lack_are_counted_with_those_that_stages_left_out():
+    archive = archive_of(staged=True)
+    archive.evaluate(sets_of(12))
+    twice = dict.fromkeys(archive.scenarios, 2)
+    lacking, before = archive.missing(twice), archive.count
+    assert {count for counts in lacking.values() for count in counts} == {1, 2}
+    archive.drive_more(lacking)
+    assert archive.count - before == runs_in(lacking)
+    assert {archive.runs_of(name) for name in twice} == {(2, 2, 2)}
+    assert runs_in(archive.missing(twice)) == 0
 
 
 def test_controllers_can_get_different_numbers_of_further_runs():
