@@ -173,7 +173,7 @@ class StudySettings(Settings):
             if configuration.name in earlier:
                 raise ConfigError(f"configurations: expected different names, got {configuration.name!r} twice")
             _check_needs(configuration, earlier)
-            _check_runs(configuration, earlier)
+            _check_runs(configuration, earlier, self.runs)
             earlier[configuration.name] = configuration
         return self
 
@@ -248,12 +248,14 @@ def search_of(document: Mapping[str, Any]) -> Mapping[str, Any]:
     return short_names(nested(search))
 
 
-def _check_runs(configuration: Configuration, earlier: Mapping[str, Configuration]) -> None:
-    """Refuse more seeds than a configuration has that it builds on.
+def _check_runs(configuration: Configuration, earlier: Mapping[str, Configuration], seeds: int) -> None:
+    """Refuse more runs than the study has ``seeds``, or than a configuration has that it builds on.
 
     Raises:
         ConfigError: Naming both.
     """
+    if configuration.runs is not None and configuration.runs > seeds:
+        raise ConfigError(f"{configuration.name}: runs: expected at most {seeds}, as many as the study has")
     for name in configuration.needs:
         if (most := earlier[name].runs) is not None and (configuration.runs is None or configuration.runs > most):
             raise ConfigError(f"{configuration.name}: runs: expected at most {most}, as many as {name} has")

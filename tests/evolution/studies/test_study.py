@@ -489,6 +489,10 @@ def bad_configurations(**second):
         ({"configurations": bad_configurations(experiment={"search": {"algorithm": "ga"}})}, "expected none beside"),
         ({"configurations": bad_configurations(experiment={"search": 3})}, "search: expected a mapping"),
         ({"runs": 0}, "runs: expected greater than or equal to 1"),
+        (
+            {"runs": 2, "configurations": bad_configurations(runs=3)},
+            "b: runs: expected at most 2, as many as the study",
+        ),
         ({"reevaluation": {"seed": 3}}, "reevaluation: unknown key 'seed'; did you mean 'seeds'"),
     ],
 )
