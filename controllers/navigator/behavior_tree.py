@@ -10,7 +10,7 @@ from __future__ import annotations
 from abc import ABC, abstractmethod
 from collections.abc import Callable
 from enum import Enum, auto
-from typing import NamedTuple
+from typing import ClassVar, NamedTuple
 
 from controllers.navigator.rate import TIME_RESOLUTION
 
@@ -104,54 +104,44 @@ def halt_tree(root: Node) -> None:
         halt_tree(child)
 
 
-class Sequence(Control):
+class InOrder(Control):
+    """Ticks its children in order, each until it ends with ``goes_on``; the first other end is the node's own."""
+
+    goes_on: ClassVar[Status]
+
+    def __init__(self, *children: Node) -> None:
+        super().__init__(*children)
+        self._current = 0
+
+    def tick(self) -> Status:
+        """Go on with the current child."""
+        while self._current < len(self.children):
+            status = self.children[self._current].execute_tick()
+            if status is Status.RUNNING:
+                return status
+            if status is not self.goes_on:
+                self.halt()
+                return status
+            self._current += 1
+        self.halt()
+        return self.goes_on
+
+    def halt(self) -> None:
+        """Stop all children and begin with the first one next time."""
+        super().halt()
+        self._current = 0
+
+
+class Sequence(InOrder):
     """Ticks its children in order, each until it succeeds; it fails as soon as one of them fails."""
 
-    def __init__(self, *children: Node) -> None:
-        super().__init__(*children)
-        self._current = 0
-
-    def tick(self) -> Status:
-        """Go on with the current child."""
-        while self._current < len(self.children):
-            status = self.children[self._current].execute_tick()
-            if status is not Status.SUCCESS:
-                if status is Status.FAILURE:
-                    self.halt()
-                return status
-            self._current += 1
-        self.halt()
-        return Status.SUCCESS
-
-    def halt(self) -> None:
-        """Stop all children and begin with the first one next time."""
-        super().halt()
-        self._current = 0
+    goes_on = Status.SUCCESS
 
 
-class Fallback(Control):
+class Fallback(InOrder):
     """Ticks its children in order, each until it fails; it succeeds as soon as one of them succeeds."""
 
-    def __init__(self, *children: Node) -> None:
-        super().__init__(*children)
-        self._current = 0
-
-    def tick(self) -> Status:
-        """Go on with the current child."""
-        while self._current < len(self.children):
-            status = self.children[self._current].execute_tick()
-            if status is not Status.FAILURE:
-                if status is Status.SUCCESS:
-                    self.halt()
-                return status
-            self._current += 1
-        self.halt()
-        return Status.FAILURE
-
-    def halt(self) -> None:
-        """Stop all children and begin with the first one next time."""
-        super().halt()
-        self._current = 0
+    goes_on = Status.FAILURE
 
 
 class ReactiveFallback(Control):

@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-import shutil
-
 import numpy as np
 import pytest
 
@@ -12,9 +10,8 @@ from evolution.quality_diversity import Atlas, search_atlas
 from evolution.report import write_atlas_report
 from gym_mapbench.metrics.episode import Episode
 from tests.evolution import fake_runs
+from tests.evolution.browser import NEEDS_CHROMIUM, open_chromium
 from tests.evolution.quality_diversity.test_search import EXPERIMENT, SETTINGS
-
-CHROMIUM, DRIVER = shutil.which("chromium"), shutil.which("chromedriver")
 
 
 def recorded(job):
@@ -45,26 +42,15 @@ def test_every_elite_has_a_cell_and_a_row(atlas, page):
     assert "https://" not in text.split("<script>")[0].replace("https://www.w3.org", "")
 
 
-@pytest.mark.skipif(not (CHROMIUM and DRIVER), reason="chromium or chromedriver is not installed")
+@NEEDS_CHROMIUM
 def test_a_click_on_a_cell_shows_its_map(atlas, page):
-    webdriver = pytest.importorskip("selenium.webdriver", reason="selenium is not installed")
-    from selenium.webdriver.common.by import By
-
-    options = webdriver.ChromeOptions()
-    options.binary_location = CHROMIUM
-    for argument in ("--headless=new", "--no-sandbox", "--disable-gpu", "--disable-dev-shm-usage"):
-        options.add_argument(argument)
-    options.set_capability("goog:loggingPrefs", {"browser": "ALL"})
-    driver = webdriver.Chrome(options=options, service=webdriver.ChromeService(DRIVER))
-    try:
+    with open_chromium(height=1000) as driver:
         driver.get(page.as_uri())
         for one in atlas.elites[:3]:
-            cell = driver.find_element(By.CSS_SELECTOR, f'[data-group="{one.scenario.name}"]')
+            cell = driver.find_element("css selector", f'[data-group="{one.scenario.name}"]')
             driver.execute_script("arguments[0].click()", cell)
-            (heading,) = driver.find_elements(By.CSS_SELECTOR, "#boards h3")
+            (heading,) = driver.find_elements("css selector", "#boards h3")
             assert heading.text.startswith(f"{one.scenario.name}: mppi/dwb {one.ratios[0]:.2f}")
             assert cell.get_attribute("aria-pressed") == "true"
-            assert len(driver.find_elements(By.CSS_SELECTOR, '[aria-pressed="true"]')) == 1
+            assert len(driver.find_elements("css selector", '[aria-pressed="true"]')) == 1
         assert driver.get_log("browser") == []
-    finally:
-        driver.quit()
