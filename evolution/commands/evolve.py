@@ -18,6 +18,7 @@ from evolution.runs import (
     experiment_in,
     failing_controller_sentence,
     front_lines,
+    slow_everywhere_sentence,
     validation_sentence,
 )
 from evolution.search import (
@@ -112,8 +113,9 @@ def run(args: argparse.Namespace) -> int:
         )
     print_table(found.table())
     results, runs = found.best_results, found.runs
-    validated = validation_sentence(results, found.config["search"]) + failing_controller_sentence(results, runs)
-    for line in (*validated, *front_lines(found), *contact_sentence(runs)):
+    search = found.config["search"]
+    hints = failing_controller_sentence(results, runs) + slow_everywhere_sentence(results, search)
+    for line in (*validation_sentence(results, search), *hints, *front_lines(found), *contact_sentence(runs)):
         console.print(line)
     console.print(f"Pictures are in {found.path / 'figures'}; {found.path / 'README.txt'} explains the other files.")
     console.print(f"A page with replays: mapbench report {found.path}")

@@ -11,7 +11,15 @@ from evolution.pictures import DrivenMap
 from evolution.report.page import Attachment, Report, render_page
 from evolution.report.replays import ReplayedMap
 from evolution.report.sections import sections_of
-from evolution.runs import LoadedRun, errors_in, front_lines, results_in, summary_of_map, validation_sentence
+from evolution.runs import (
+    LoadedRun,
+    errors_in,
+    front_lines,
+    results_in,
+    slow_everywhere_sentence,
+    summary_of_map,
+    validation_sentence,
+)
 from evolution.search import SECTIONS
 from gym_mapbench.mapio.map_set_file import BEST_MAP_SET
 
@@ -88,6 +96,7 @@ def _radius(run: LoadedRun) -> float:
 def _verdict(run: LoadedRun) -> list[str]:
     """Say what fitness the best set has, and by how much the controllers differ on each map."""
     maps = [summary_of_map(entry["name"], entry["runs"]).in_words for entry in run.best_results["maps"]]
+    maps += slow_everywhere_sentence(run.best_results, run.config["search"])
     if run.best_results.get("validation"):
         return [*validation_sentence(run.best_results, run.config["search"]), *front_lines(run), *maps]
     return [_outcome(run), *_held(run), *front_lines(run), *maps]

@@ -68,16 +68,34 @@ class MapSummary:
     controllers: tuple[ControllerTimes, ...]
 
     @property
+    def ordered(self) -> list[ControllerTimes]:
+        """The controllers by their median times, the fastest first."""
+        return sorted(self.controllers, key=lambda one: one.median)
+
+    @property
+    def lost(self) -> list[str]:
+        """Names of the controllers that never reach the goal."""
+        return [one.controller for one in self.controllers if not one.times]
+
+    @property
+    def alike(self) -> bool:
+        """Whether the medians of all controllers are alike; False if a controller never reaches the goal."""
+        return not self.lost and self.ordered[-1].median <= SIMILAR * self.ordered[0].median
+
+    @property
+    def ratio(self) -> float:
+        """Largest median time divided by the smallest."""
+        return self.ordered[-1].median / self.ordered[0].median
+
+    @property
     def difference(self) -> str:
         """Which controller is slowest, and by how much; or that all are alike; or which never reaches the goal."""
-        lost = [one.controller for one in self.controllers if not one.times]
-        if lost:
-            return f"{', '.join(lost)} {'never reaches' if len(lost) == 1 else 'never reach'} the goal"
-        ordered = sorted(self.controllers, key=lambda one: one.median)
-        fast, slow = ordered[0], ordered[-1]
-        if slow.median <= SIMILAR * fast.median:
+        if self.lost:
+            return f"{', '.join(self.lost)} {'never reaches' if len(self.lost) == 1 else 'never reach'} the goal"
+        if self.alike:
             return f"all alike (within {100 * (SIMILAR - 1):.0f} %)"
-        return f"{slow.controller} {slow.median / fast.median:.1f} times slower than {fast.controller}"
+        fast, slow = self.ordered[0], self.ordered[-1]
+        return f"{slow.controller} {self.ratio:.1f} times slower than {fast.controller}"
 
     @property
     def runs(self) -> str:

@@ -9,11 +9,15 @@ from typing import Any
 
 import numpy as np
 
-from evolution.driving import RunResult
+from evolution.driving import TIME, RunResult
 from evolution.files import Row
+from evolution.runs.map_summary import summary_of_map
 from evolution.search import Evaluation, MapResults, ValidationResult, result_fields
 from evolution.statistics import wilson_interval
 from gym_mapbench.world.scenario import MapSet
+
+BEGIN_ALIKE = ("gini", "cluster")
+"""Fitnesses for sets whose first map makes all controllers alike."""
 
 
 def named(map_set: MapSet) -> MapSet:
@@ -131,6 +135,27 @@ def failing_controller_sentence(results: Mapping[str, Any], runs: Sequence[Row])
     return [
         f"{name} reaches the goal in {sum(goals)} of {len(goals)} runs. Its most frequent failure: "
         f"{reasons.most_common(1)[0][0]}."
+    ]
+
+
+def slow_everywhere_sentence(results: Mapping[str, Any], search: Mapping[str, Any]) -> list[str]:
+    """Return which controller is slow on every map, where the fitness is for sets with a map on which all are alike.
+
+    Args:
+        results: ``best_results.json``.
+        search: Options of the search.
+    """
+    judging = search.get("judging", {})
+    maps = [summary_of_map(entry["name"], entry["runs"]) for entry in results["maps"]]
+    slowest = {one.ordered[-1].controller for one in maps}
+    if judging.get("fitness") not in BEGIN_ALIKE or judging.get("metric") != TIME or len(maps) < 2 or len(slowest) > 1:
+        return []
+    if any(one.lost or one.alike for one in maps):
+        return []
+    least = min(one.ratio for one in maps)
+    return [
+        f"On no map of the set all are alike: {slowest.pop()} always takes at least {least:.1f} times as long as the "
+        "fastest. Such a map may exist for the others alone (--controllers), or with other parameters."
     ]
 
 

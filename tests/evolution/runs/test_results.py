@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
-from evolution.runs import contact_sentence, failing_controller_sentence
+import pytest
+
+from evolution.runs import contact_sentence, failing_controller_sentence, slow_everywhere_sentence
 
 
 def test_runs_with_a_contact_are_counted():
@@ -30,3 +32,26 @@ def test_the_controller_that_fails_most_is_named_where_no_set_is_solved():
     ]
     assert failing_controller_sentence({"success_rate": 1.0}, runs) == []
     assert failing_controller_sentence({"success_rate": 0.0}, [late])[0].endswith("most frequent failure: timeout.")
+
+
+def runs_of(**times):
+    """A map of a set, with one run of each controller."""
+    runs = {name: [{"outcome": "goal" if time else "timeout", "time_s": time}] for name, time in times.items()}
+    return {"name": "map", "runs": runs}
+
+
+@pytest.mark.parametrize(
+    ("maps", "fitness", "named"),
+    [
+        ([runs_of(rpp=40, dwb=41, graceful=72), runs_of(rpp=50, dwb=40, graceful=80)], "gini", True),
+        ([runs_of(rpp=40, dwb=41, graceful=72), runs_of(rpp=50, dwb=40, graceful=80)], "pairs", False),
+        ([runs_of(rpp=40, dwb=41, graceful=42), runs_of(rpp=50, dwb=40, graceful=80)], "gini", False),
+        ([runs_of(rpp=40, dwb=41, graceful=72), runs_of(rpp=80, dwb=40, graceful=50)], "gini", False),
+        ([runs_of(rpp=40, dwb=41, graceful=72), runs_of(rpp=50, dwb=40, graceful=0)], "gini", False),
+    ],
+    ids=["everywhere", "another fitness", "a similar map", "each once", "a failure"],
+)
+def test_a_controller_that_is_slow_on_every_map_is_named(maps, fitness, named):
+    expected = "On no map of the set all are alike: graceful always takes at least 1.8 times as long as the fastest."
+    found = slow_everywhere_sentence({"maps": maps}, {"judging": {"fitness": fitness, "metric": "time"}})
+    assert [line.startswith(expected) for line in found] == [True] * named
