@@ -2,7 +2,8 @@
 
 ``python benchmarks/gates.py [--seeds R] [--workers W]`` builds maps of equal gates on a diagonal route and prints the
 median times of DWB, MPPI and RPP by number of gates and thickness of their walls. Then it changes one parameter of MPPI
-at a time: on four gates, and on sampled maps of families without a route, where it may cost something.
+at a time: on four gates, and on sampled maps of families without a route, where it may cost something. The last table
+has four gates for other robots and releases, with MPPI as it is and with the change that mends it.
 """
 
 from __future__ import annotations
@@ -28,6 +29,7 @@ from gym_mapbench.generator import (
     draw_from,
     make_family,
 )
+from gym_mapbench.generator.motifs import USUAL_WIDTH
 from gym_mapbench.generator.motifs.genes import Section
 from gym_mapbench.generator.motifs.routes import Route
 from gym_mapbench.world.robot import make_robot
@@ -50,18 +52,30 @@ CHANGES: dict[str, Mapping[str, Any]] = {
     "wz_std 0.4 to 0.8": {"wz_std": 0.8},
     "vx_std 0.2 to 0.4": {"vx_std": 0.4},
 }
+WAFFLE = "turtlebot3_waffle"
+WORLDS = (
+    (WAFFLE, "fair"),
+    (WAFFLE, "jazzy_fair"),
+    (WAFFLE, "lyrical_fair"),
+    ("turtlebot3_waffle_gz", "fair"),
+    ("turtlebot3_burger", "fair"),
+    ("jackal", "fair"),
+)
+"""Robots and navigation presets of the last table."""
 CONTROLLERS = ("dwb", "mppi", "rpp")
 HEADERS = (
     "| walls, m | gates | DWB, s | MPPI, s | RPP, s |\n|---|---|---|---|---|",
     "| MPPI | four gates, s | goals elsewhere, % | time, s | clearance, m | contacts |\n|---|---|---|---|---|---|",
+    "| robot | preset | DWB, s | RPP, s | MPPI, s | MPPI with vx_std 0.4, s |\n|---|---|---|---|---|---|",
 )
 SAMPLED = 40
 FIRST_SEED = 9000
 
 
-def gates(count: int, thickness: float) -> Scenario:
-    """Return the map of some equal gates that the robot crosses at about 45 degrees."""
+def gates(count: int, thickness: float, robot: str = WAFFLE) -> Scenario:
+    """Return the map of some equal gates that the robot crosses at about 45 degrees, with equal room for each robot."""
     shared = {**REGULAR, "thickness": thickness}
+    shared["gap"] += make_robot(robot).width - USUAL_WIDTH
     genes = MotifGenes(route=Route(name="diagonal"), sections=(Section(shared=shared, elements=({},) * count),))
     cells = make_family("gates", routes=["diagonal"]).build(genes, ShapeSettings())
     return replace(scenario_on(cells, ShapeSettings()), name=f"{count}_gates_{thickness:g}")
@@ -69,7 +83,7 @@ def gates(count: int, thickness: float) -> Scenario:
 
 def sampled(count: int) -> list[Scenario]:
     """Return maps of the families without a route."""
-    shapes, robot = ShapeSettings(), make_robot("turtlebot3_waffle")
+    shapes, robot = ShapeSettings(), make_robot(WAFFLE)
     families = [FamilySpec(name=name) for name in WITHOUT_ROUTE]
     drawn = [draw_from(np.random.default_rng(FIRST_SEED + number), families, shapes, robot) for number in range(count)]
     return [replace(scenario_on(one.cells, shapes), name=str(number)) for number, one in enumerate(drawn)]
@@ -98,14 +112,27 @@ def line(label: str, at_gates: Sequence[Row], elsewhere: Sequence[Row]) -> str:
     return f"| {label} | " + " | ".join(cells) + " |"
 
 
+def world_line(robot: str, navigation: str, seeds: int, options: Mapping[str, Any]) -> str:
+    """Return the table line of a robot and a navigation preset."""
+    run = load_preset("robust")["run"]
+    run = {**run, "navigation": navigation, "environment": {**run["environment"], "robot": robot}}
+    mended = ControllerSpec(name="mended", kind="mppi", params=CHANGES["vx_std 0.2 to 0.4"])
+    settings = DriveSettings.from_mapping(run, "run")
+    specs = ["dwb", "rpp", "mppi", mended]
+    rows = bench([gates(4, 0.3, robot)], specs, repeats=seeds, settings=settings, **options).rows
+    found = [times(of(rows, controller=name)) for name in ("dwb", "rpp", "mppi", "mended")]
+    return f"| {robot} | {navigation} | " + " | ".join(found) + " |"
+
+
 def main() -> None:
-    """Print both tables."""
+    """Print the tables."""
     parser = argparse.ArgumentParser(description=__doc__)
     parser.add_argument("--seeds", type=int, default=10)
     parser.add_argument("--workers", type=int, default=2)
     args = parser.parse_args()
     settings = DriveSettings.from_mapping(load_preset("robust")["run"], "run")
-    options: dict[str, Any] = {"settings": settings, "seed": 11, "workers": args.workers}
+    shared: dict[str, Any] = {"seed": 11, "workers": args.workers}
+    options = {"settings": settings, **shared}
     maps = {(thickness, count): gates(count, thickness) for thickness in THICKNESSES for count in GATES}
     rows = bench(list(maps.values()), list(CONTROLLERS), repeats=args.seeds, **options).rows
     print(HEADERS[0])
@@ -117,6 +144,9 @@ def main() -> None:
     print(HEADERS[1])
     for spec, label in zip(changed(), CHANGES, strict=True):
         print(line(label, *(of(some, controller=spec.name) for some in (found, elsewhere))))
+    print(HEADERS[2])
+    for robot, navigation in WORLDS:
+        print(world_line(robot, navigation, args.seeds, shared), flush=True)
 
 
 if __name__ == "__main__":
