@@ -8,7 +8,7 @@ from __future__ import annotations
 
 from evolution.pictures.animation import Frame, check_display, check_film, frames, save_animation, show_animation
 from evolution.pictures.comparison_film import save_comparison
-from evolution.pictures.map_figures import DrivenMap, draw_map, map_set_figure, maps_figure
+from evolution.pictures.map_figures import DrivenMap, draw_map, draw_trajectories, map_set_figure, maps_figure
 from evolution.pictures.parameter_figures import sweep_figure
 from evolution.pictures.plots import (
     box_figure,
@@ -44,6 +44,7 @@ __all__ = [
     "critical_difference_figure",
     "curse_figure",
     "draw_map",
+    "draw_trajectories",
     "drive_best",
     "effects_figure",
     "frames",
