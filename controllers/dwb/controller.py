@@ -175,7 +175,7 @@ class DwbFollower:
         (v, w), (v_on, w_on) = judged.velocities[judged.best], judged.velocities[onward]
         return (
             f"{said}; the cheapest, {v:.2f} m/s and {w:.2f} rad/s, beats the cheapest that drives on, {v_on:.2f} m/s "
-            f"and {w_on:.2f} rad/s: {' and '.join(reasons)} (what may help: smaller scales of these critics, a longer sim_time)"
+            f"and {w_on:.2f} rad/s: {' and '.join(reasons)} (smaller scales of them or a longer sim_time may help)"
         )
 
     def trajectory(self, candidate: int) -> NDArray[np.float64]:
