@@ -53,6 +53,7 @@ OTHER_SCALES = ("change:", "robust with the fitness")
 EVOLVE_PANELS = {
     "families of the default search": ("random", "ours"),
     "families with their own ranges alone": ("random_wide", "ours_wide"),
+    "shapes of the thesis": ("random_without_families", "without_families"),
 }
 """Searches of the study ``evolve`` that are compared, sampling first."""
 EVOLVE_MEASURES = {
@@ -237,12 +238,15 @@ def evolve() -> Any:
     """Draw two measures of the sets of the study ``evolve``, by families: one line for each seed."""
     text = (ROOT / "docs" / "concepts" / "evolve.csv").read_text(encoding="utf-8")
     rows = list(csv.DictReader(text.splitlines()))
-    figure, panels = new_figure(len(EVOLVE_PANELS), width=9.0, height=4.4, sharey=True, rows=len(EVOLVE_MEASURES))
+    figure, panels = new_figure(len(EVOLVE_PANELS), width=12.0, height=4.4, sharey=True, rows=len(EVOLVE_MEASURES))
     for of_measure, (measure, label) in zip(panels, EVOLVE_MEASURES.items(), strict=True):
         for axes, names in zip(of_measure, EVOLVE_PANELS.values(), strict=True):
             searches = [{row["seed"]: float(row[measure]) for row in rows if row["search"] == name} for name in names]
             _draw_pairs(axes, searches)
             axes.set_xlabel(label)
+        ends = [end for axes in of_measure for end in axes.get_xlim()]
+        for axes in of_measure:
+            axes.set_xlim(min(ends), max(ends))
     for axes, title in zip(panels[0], EVOLVE_PANELS, strict=True):
         axes.set_title(title, fontsize=9)
     panels[0, 0].legend(loc="upper left", frameon=False, fontsize=8)
@@ -259,7 +263,6 @@ def _draw_pairs(axes: Any, searches: Sequence[Mapping[str, float]]) -> None:
         axes.plot(middle, place, "D", color=colour_of("ab", "b"), label="" if place else "median")
     axes.set_yticks([0, 1], ["random sampling", "offspring of the archive"])
     axes.set_ylim(-0.4, 1.4)
-    axes.set_xlim(-8.0, 4.5)
     axes.grid(axis="x", alpha=0.3)
 
 
