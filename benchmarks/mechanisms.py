@@ -1,10 +1,11 @@
 """What makes a controller slow or stuck, and which parameter mends it at what price.
 
-``python benchmarks/mechanisms.py [NAME] [--seeds R] [--workers W] [--plot FILE]`` builds maps of equal elements
-(``gates``, ``bends`` or ``baffles``) on a route and prints the median times of DWB, MPPI and RPP. Then it changes one
-parameter of the slow controller at a time: on one of these maps, and on sampled maps of families without a route, where
-it may cost something. The last table has the map for other robots and releases, with the controller as it is and as
-mended. ``--plot`` draws that map of each mechanism with a run of each controller.
+``python benchmarks/mechanisms.py [NAME] [--seeds R] [--workers W] [--plot FILE] [--maps FILE]`` builds maps of equal
+elements (``gates``, ``bends`` or ``baffles``) on a route and prints the median times of DWB, MPPI and RPP. Then it
+changes one parameter of the slow controller at a time: on one of these maps, and on sampled maps of families without a
+route, where it may cost something. The last table has the map for other robots and releases, with the controller as it
+is and as mended. ``--plot`` draws that map of each mechanism with a run of each controller, ``--maps`` writes these
+maps.
 """
 
 from __future__ import annotations
@@ -24,9 +25,11 @@ from evolution.files import Row
 from evolution.pictures import colour_of, draw_map, draw_trajectories, new_figure
 from evolution.search import load_preset, scenario_on
 from gym_mapbench.generator import WITHOUT_ROUTE, FamilySpec, MotifGenes, ShapeSettings, draw_from
+from gym_mapbench.generator.genomes import genome_of
 from gym_mapbench.generator.motifs import USUAL_WIDTH
 from gym_mapbench.generator.motifs.genes import Section
 from gym_mapbench.generator.motifs.routes import Route, RouteName
+from gym_mapbench.mapio import save_map_set
 from gym_mapbench.world.robot import make_robot
 from gym_mapbench.world.scenario import Scenario
 
@@ -148,6 +151,7 @@ MECHANISMS: dict[str, Mechanism] = {
             "sim_time 1.7 to 1": {"sim_time": 1.0},
             "sim_time 1.7 to 2.5": {"sim_time": 2.5},
             "sim_time 1.7 to 3": {"sim_time": 3.0},
+            "sim_time 1.7 to 2.5, BaseObstacle.scale 0.02 to 0.1": {"sim_time": 2.5, "BaseObstacle": {"scale": 0.1}},
             "PathAlign.scale and PathDist.scale 32 to 16": {"PathAlign": {"scale": 16.0}, "PathDist": {"scale": 16.0}},
         },
         mend="sim_time 1.7 to 3",
@@ -162,8 +166,9 @@ def build(family: str, value: float, count: int, robot: str = WAFFLE) -> Scenari
     if one.room:
         shared[one.room] += spec.width - USUAL_WIDTH
     genes = MotifGenes(route=Route(name=one.route), sections=(Section(shared=shared, elements=({},) * count),))
-    made = FamilySpec(name=family, options={"routes": [one.route]}).for_robot(spec).make()
-    return replace(scenario_on(made.build(genes, ShapeSettings()), ShapeSettings()), name=f"{family}_{count}_{value:g}")
+    family_of_robot = FamilySpec(name=family, options={"routes": [one.route]}).for_robot(spec)
+    scenario = scenario_on(family_of_robot.make().build(genes, ShapeSettings()), ShapeSettings())
+    return replace(scenario, name=f"{family}_{count}_{value:g}", genome=genome_of(family_of_robot, genes))
 
 
 def sampled(count: int) -> list[Scenario]:
@@ -273,6 +278,7 @@ def main() -> None:
     parser.add_argument("--seeds", type=int, default=10)
     parser.add_argument("--workers", type=int, default=2)
     parser.add_argument("--plot", help="file of the picture")
+    parser.add_argument("--maps", help="map-set file of the maps that the picture shows")
     args = parser.parse_args()
     shared: dict[str, Any] = {"seed": ROOT_SEED, "workers": args.workers}
     options = {"settings": settings_of(WAFFLE, "fair"), **shared}
@@ -282,6 +288,8 @@ def main() -> None:
         print_worlds(args.name, args.seeds, shared)
     if args.plot:
         plot(args.plot)
+    if args.maps:
+        save_map_set([replace(build(name, *one.probe), name=name) for name, one in MECHANISMS.items()], args.maps)
 
 
 if __name__ == "__main__":

@@ -12,6 +12,10 @@ from pathlib import Path
 
 import pytest
 
+from evolution import bench
+from evolution.driving import ControllerSpec
+from gym_mapbench.mapio import load_scenarios
+
 EXAMPLES = Path(__file__).resolve().parents[1] / "examples"
 NOTEBOOK = EXAMPLES / "first_look.ipynb"
 SMALL = {"MAPBENCH_SMALL": "1", "MPLBACKEND": "agg", "PYTHONPATH": str(EXAMPLES.parent)}
@@ -82,6 +86,24 @@ def test_the_notebook_runs_and_shows_its_pictures(monkeypatch):
     shown = [output.data for cell in notebook.cells for output in cell.get("outputs", []) if "data" in output]
     assert sum("image/png" in data for data in shown) == 3
     assert any("<td>office</td>" in data.get("text/html", "") for data in shown)
+
+
+@pytest.mark.parametrize(
+    ("place", "time_limit", "controller", "change"),
+    [
+        ("gates", 40.0, "mppi", {"vx_std": 0.4}),
+        ("bends", 150.0, "rpp", {"lookahead_dist": 0.3}),
+        ("baffles", 150.0, "dwb", {"sim_time": 2.5, "BaseObstacle": {"scale": 0.1}}),
+    ],
+)
+def test_a_parameter_mends_what_the_slow_maps_show(place, time_limit, controller, change):
+    (scenario,) = [one for one in load_scenarios(EXAMPLES / "slow.mapset.json") if one.name == place]
+    mended = ControllerSpec(name="mended", kind=controller, params=change)
+    world = {"params": "fair", "noise": "nominal", "time_limit": time_limit}
+    rows = bench([scenario], [controller, mended], repeats=3, seed=11, workers=1, **world).rows
+    ends = {name: [row["outcome"] for row in rows if row["controller"] == name] for name in (controller, "mended")}
+    assert ends["mended"] == ["goal"] * 3
+    assert ends[controller] != ["goal"] * 3
 
 
 def test_the_list_is_complete():
