@@ -28,6 +28,7 @@ from gym_mapbench.generator import WITHOUT_ROUTE, FamilySpec, MotifGenes, ShapeS
 from gym_mapbench.generator.genomes import genome_of
 from gym_mapbench.generator.motifs import USUAL_WIDTH
 from gym_mapbench.generator.motifs.genes import Section
+from gym_mapbench.generator.motifs.motif import WIDTHS
 from gym_mapbench.generator.motifs.routes import Route, RouteName
 from gym_mapbench.mapio import save_map_set
 from gym_mapbench.world.robot import make_robot
@@ -62,10 +63,9 @@ class Mechanism:
     Args:
         controller: The controller.
         route: The route.
-        regular: Genes that all maps have.
-        varied: The gene that the first table varies, with its values.
+        regular: Genes that all maps have, m (slopes and phases are shares).
+        varied: The gene that the first table varies, with its values, m.
         counts: Numbers of elements.
-        room: The gene that is as much wider for another robot as the robot is; None if there is none.
         probe: Value of the varied gene and number of elements on the map of the changes.
         changes: Changed parameters, by what the table says.
         mend: The change of the last table.
@@ -76,7 +76,6 @@ class Mechanism:
     regular: Mapping[str, float]
     varied: tuple[str, tuple[float, ...]]
     counts: tuple[int, ...]
-    room: str | None
     probe: tuple[float, int]
     changes: Mapping[str, Change]
     mend: str
@@ -90,7 +89,6 @@ MECHANISMS: dict[str, Mechanism] = {
         regular={**STRAIGHT, "pitch": 1.5, "gap": 0.95},
         varied=("thickness", (0.1, 0.2, 0.3, 0.4)),
         counts=(1, 2, 3, 4),
-        room="gap",
         probe=(0.3, 4),
         changes={
             "CostCritic.cost_weight 3.81 to 2": {"CostCritic": {"cost_weight": 2.0}},
@@ -117,7 +115,6 @@ MECHANISMS: dict[str, Mechanism] = {
         regular={**STRAIGHT, "pitch": 2.2, "length": 1.0, "offset": 0.8},
         varied=("width", (0.7, 0.75, 0.8, 0.85, 0.9)),
         counts=(1,),
-        room="width",
         probe=(0.8, 1),
         changes={
             "use_collision_detection false": {"use_collision_detection": False},
@@ -137,7 +134,6 @@ MECHANISMS: dict[str, Mechanism] = {
         regular={**STRAIGHT, "overlap": 0.3, "thickness": 0.1},
         varied=("pitch", (1.3, 1.5)),
         counts=(2, 3, 4),
-        room=None,
         probe=(1.3, 3),
         changes={
             "BaseObstacle.scale 0.02 to 0.1": {"BaseObstacle": {"scale": 0.1}},
@@ -160,11 +156,11 @@ MECHANISMS: dict[str, Mechanism] = {
 
 
 def build(family: str, value: float, count: int, robot: str = WAFFLE) -> Scenario:
-    """Return the map of some equal elements, with equal room for each robot."""
+    """Return the map of some equal elements; gaps and corridors leave equal room beside each robot."""
     one, spec = MECHANISMS[family], make_robot(robot)
-    shared = {**one.regular, one.varied[0]: value}
-    if one.room:
-        shared[one.room] += spec.width - USUAL_WIDTH
+    usual = {**one.regular, one.varied[0]: value}
+    wider = spec.width - USUAL_WIDTH
+    shared = {gene: value + wider if gene in WIDTHS else value for gene, value in usual.items()}
     genes = MotifGenes(route=Route(name=one.route), sections=(Section(shared=shared, elements=({},) * count),))
     family_of_robot = FamilySpec(name=family, options={"routes": [one.route]}).for_robot(spec)
     scenario = scenario_on(family_of_robot.make().build(genes, ShapeSettings()), ShapeSettings())
