@@ -1,11 +1,11 @@
 """What makes a controller slow or stuck, and which parameter mends it at what price.
 
-``python benchmarks/mechanisms.py [NAME] [--seeds R] [--workers W] [--plot FILE] [--maps FILE]`` builds maps of equal
-elements (``gates``, ``bends`` or ``baffles``) on a route and prints the median times of DWB, MPPI and RPP. Then it
-changes one parameter of the slow controller at a time: on one of these maps, and on sampled maps of families without a
-route, where it may cost something. The last table has the map for other robots and releases, with the controller as it
-is and as mended. ``--plot`` draws that map of each mechanism with a run of each controller, ``--maps`` writes these
-maps.
+``python benchmarks/mechanisms.py [NAME] [--seeds R] [--workers W] [--params FILE ...] [--plot FILE] [--maps FILE]``
+builds maps of equal elements (``gates``, ``bends`` or ``baffles``) on a route and prints the median times of DWB, MPPI
+and RPP. Then it changes one parameter of the slow controller at a time: on one of these maps, and on sampled maps of
+families without a route, where it may cost something. The last table has the map for other robots and releases, with
+the controller as it is and as mended. With ``--params``, a table of these parameter files takes the place of the
+others. ``--plot`` draws that map of each mechanism with a run of each controller, ``--maps`` writes these maps.
 """
 
 from __future__ import annotations
@@ -13,12 +13,14 @@ from __future__ import annotations
 import argparse
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
+from pathlib import Path
 from statistics import fmean, median
 from typing import Any
 
 import numpy as np
 from run_tables import MISSING, is_goal, of, share
 
+from controllers.nav2_params import read_nav2_params
 from evolution import bench
 from evolution.driving import ControllerSpec, DriveSettings, JobPlan, drive
 from evolution.files import Row
@@ -69,6 +71,7 @@ class Mechanism:
         probe: Value of the varied gene and number of elements on the map of the changes.
         changes: Changed parameters, by what the table says.
         mend: The change of the last table.
+        lacking: Navigation presets whose controller does not have the parameter of ``mend``.
     """
 
     controller: str
@@ -79,6 +82,7 @@ class Mechanism:
     probe: tuple[float, int]
     changes: Mapping[str, Change]
     mend: str
+    lacking: tuple[str, ...] = ()
 
 
 STRAIGHT = {"phase": 0.0, "shift": 0.0, "slope": 0.0, "swing": 0.0}
@@ -147,10 +151,14 @@ MECHANISMS: dict[str, Mechanism] = {
             "sim_time 1.7 to 1": {"sim_time": 1.0},
             "sim_time 1.7 to 2.5": {"sim_time": 2.5},
             "sim_time 1.7 to 3": {"sim_time": 3.0},
-            "sim_time 1.7 to 2.5, BaseObstacle.scale 0.02 to 0.1": {"sim_time": 2.5, "BaseObstacle": {"scale": 0.1}},
             "PathAlign.scale and PathDist.scale 32 to 16": {"PathAlign": {"scale": 16.0}, "PathDist": {"scale": 16.0}},
+            "forward_prune_distance 2 to 1.2": {"forward_prune_distance": 1.2},
+            "forward_prune_distance 2 to 1": {"forward_prune_distance": 1.0},
+            "forward_prune_distance 2 to 0.8": {"forward_prune_distance": 0.8},
+            "forward_prune_distance 2 to 0.6": {"forward_prune_distance": 0.6},
         },
-        mend="sim_time 1.7 to 3",
+        mend="forward_prune_distance 2 to 1",
+        lacking=("lyrical_fair",),
     ),
 }
 
@@ -233,15 +241,29 @@ def print_worlds(family: str, seeds: int, options: Mapping[str, Any]) -> None:
     mended = ControllerSpec(name="mended", kind=one.controller, params=dict(one.changes[one.mend]))
     for robot, navigation in WORLDS:
         scenario = build(family, *one.probe, robot)
-        rows = bench(
-            [scenario],
-            [*others, one.controller, mended],
-            repeats=seeds,
-            settings=settings_of(robot, navigation),
-            **options,
-        ).rows
-        found = [times(of(rows, controller=name)) for name in (*others, one.controller, "mended")]
+        specs = [*others, one.controller, *([] if navigation in one.lacking else [mended])]
+        rows = bench([scenario], specs, repeats=seeds, settings=settings_of(robot, navigation), **options).rows
+        found = [
+            times(own) if (own := of(rows, controller=name)) else MISSING
+            for name in (*others, one.controller, "mended")
+        ]
         print(f"| {robot} | {navigation} | " + " | ".join(found) + " |", flush=True)
+
+
+def print_files(family: str, files: Sequence[str], seeds: int, options: Mapping[str, Any]) -> None:
+    """Print the times of the controller of each parameter file that has it, as it is and as mended."""
+    one = MECHANISMS[family]
+    mended = ControllerSpec(name="mended", kind=one.controller, params=dict(one.changes[one.mend]))
+    world = {"noise": "nominal", "time_limit": 150.0, "collision_ends_episode": False, **options}
+    name = one.controller.upper()
+    print(f"| file | {name}, s | {name}, {one.mend}, s |\n|---|---|---|")
+    for file in files:
+        read = read_nav2_params(file, anyone=True)
+        plugins = read.navigation.controllers
+        for kept in (own for own in read.own_controllers if plugins[own].kind == one.controller):
+            rows = bench([build(family, *one.probe)], [kept, mended], repeats=seeds, params=file, **world).rows
+            found = " | ".join(times(of(rows, controller=which)) for which in (kept, "mended"))
+            print(f"| {Path(file).stem} | {found} |", flush=True)
 
 
 def plot(file: str) -> None:
@@ -273,12 +295,17 @@ def main() -> None:
     parser.add_argument("name", nargs="?", choices=MECHANISMS)
     parser.add_argument("--seeds", type=int, default=10)
     parser.add_argument("--workers", type=int, default=2)
+    parser.add_argument(
+        "--params", nargs="+", default=[], help="parameter files that take the place of the other tables"
+    )
     parser.add_argument("--plot", help="file of the picture")
     parser.add_argument("--maps", help="map-set file of the maps that the picture shows")
     args = parser.parse_args()
     shared: dict[str, Any] = {"seed": ROOT_SEED, "workers": args.workers}
     options = {"settings": settings_of(WAFFLE, "fair"), **shared}
-    if args.name:
+    if args.name and args.params:
+        print_files(args.name, args.params, args.seeds, shared)
+    elif args.name:
         print_maps(args.name, args.seeds, options)
         print_changes(args.name, args.seeds, options)
         print_worlds(args.name, args.seeds, shared)

@@ -93,7 +93,7 @@ def test_the_notebook_runs_and_shows_its_pictures(monkeypatch):
     [
         ("gates", 40.0, "mppi", {"vx_std": 0.4}),
         ("bends", 150.0, "rpp", {"lookahead_dist": 0.3}),
-        ("baffles", 150.0, "dwb", {"sim_time": 2.5, "BaseObstacle": {"scale": 0.1}}),
+        ("baffles", 150.0, "dwb", {"forward_prune_distance": 1.0}),
     ],
 )
 def test_a_parameter_mends_what_the_slow_maps_show(place, time_limit, controller, change):

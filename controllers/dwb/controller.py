@@ -173,9 +173,10 @@ class DwbFollower:
         dearer = judged.scales * (judged.raw_scores[onward] - judged.raw_scores[judged.best])
         reasons = [f"{judged.critics[i]} by {dearer[i]:.2g}" for i in np.argsort(-dearer)[:2] if dearer[i] > 0]
         (v, w), (v_on, w_on) = judged.velocities[judged.best], judged.velocities[onward]
+        window = "prune_distance of the path handler" if self.params.release == "lyrical" else "forward_prune_distance"
         return (
             f"{said}; the cheapest, {v:.2f} m/s and {w:.2f} rad/s, beats the cheapest that drives on, {v_on:.2f} m/s "
-            f"and {w_on:.2f} rad/s: {' and '.join(reasons)} (smaller scales of them or a longer sim_time may help)"
+            f"and {w_on:.2f} rad/s: {' and '.join(reasons)} (a shorter {window} or a longer sim_time may help)"
         )
 
     def trajectory(self, candidate: int) -> NDArray[np.float64]:
