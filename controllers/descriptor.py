@@ -14,6 +14,11 @@ Limits = dict[str, float]
 """Limit of a robot, by its name in :class:`~gym_mapbench.world.robot.RobotSpec` -> its value, SI units."""
 
 
+def _no_advice(params: Mapping[str, Any]) -> str:
+    """Advise nothing."""
+    return ""
+
+
 def _no_forms(group: Mapping[str, Any]) -> Mapping[str, tuple[Release, ...]]:
     """Find no key: every release starts with the section."""
     return {}
@@ -26,6 +31,8 @@ class Nav2Controller(RosPlugin):
     Args:
         make: Makes the path follower from the parameters.
         limits: Given the parameters, returns the limits of the robot that they state.
+        advice: Given the parameters, says where they make the robot slow or stop, and what helps; empty if nothing is
+            known (see ``docs/howto/slow.md``).
         relative_cost: CPU time of a run, relative to Regulated Pure Pursuit. Only the order counts: searches drive the
             cheapest controller first.
         old_critics: Release -> critic that only this release has, and that is not built here -> the nearest critic.
@@ -38,6 +45,7 @@ class Nav2Controller(RosPlugin):
     make: Callable[[Any], PathFollower]
     limits: Callable[[Mapping[str, Any]], Limits]
     relative_cost: float
+    advice: Callable[[Mapping[str, Any]], str] = _no_advice
     old_critics: Mapping[Release, Mapping[str, str]] = field(default_factory=dict)
     exchanged: Mapping[str, tuple[str, Mapping[str, str]]] = field(default_factory=dict)
     needs_no_section: bool = False

@@ -10,6 +10,8 @@ from controllers.dwb.controller import DwbFollower
 from controllers.dwb.params import RENAMED_KEYS, ROS_ONLY_KEYS, DwbParams
 from gym_mapbench.ros_params import Keys, Section, in_every_release
 
+LONGEST_AHEAD = 1.2
+"""Longest ``forward_prune_distance`` (m) with which DWB rarely stands still (``docs/howto/slow.md``)."""
 SIDEWAYS = ("min_vel_y", "max_vel_y")
 LIMITS = {
     "max_linear_velocity": "max_vel_x",
@@ -36,6 +38,17 @@ def limits(params: Mapping[str, Any]) -> Limits:
     return named_limits(params, LIMITS)
 
 
+def advice(params: Mapping[str, Any]) -> str:
+    """Say that the end of the local plan may lie behind a wall; Lyrical measures it along the path."""
+    ahead = 0.0 if params["release"] == "lyrical" else params["forward_prune_distance"]
+    if ahead <= LONGEST_AHEAD:
+        return ""
+    return (
+        f"forward_prune_distance {ahead:g}: where the path winds around a wall, the end of the local plan may lie "
+        "behind the wall, and DWB stands still; 1.0 helps"
+    )
+
+
 DWB = Nav2Controller(
     in_every_release("dwb_core::DWBLocalPlanner"),
     "DWB",
@@ -44,5 +57,6 @@ DWB = Nav2Controller(
     adapt=adapt,
     make=DwbFollower,
     limits=limits,
+    advice=advice,
     relative_cost=3.0,
 )

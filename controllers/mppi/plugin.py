@@ -13,6 +13,8 @@ from controllers.releases import RELEASES, Release
 from gym_mapbench.errors import ConfigError
 from gym_mapbench.ros_params import Keys, Section, in_every_release
 
+LARGEST_SHARE = 0.6
+"""Largest ``threshold_to_consider``, as a share of ``prune_distance``, that leaves PathFollowCritic on in bends."""
 VALIDATOR = "mppi::DefaultOptimalTrajectoryValidator"
 """The trajectory validator of Lyrical that is built here."""
 OLD_CRITICS: Mapping[Release, Mapping[str, str]] = {"humble": {"PathAlignLegacyCritic": "PathAlignCritic"}}
@@ -101,6 +103,21 @@ def limits(params: Mapping[str, Any]) -> Limits:
     return named_limits(params, LIMITS)
 
 
+def advice(params: Mapping[str, Any]) -> str:
+    """Say that PathFollowCritic may be off; Humble takes the end of the local path for the goal."""
+    if params["release"] != "humble" or "PathFollowCritic" not in params["critics"]:
+        return ""
+    critic, ahead = params["PathFollowCritic"], params["prune_distance"]
+    off = critic["threshold_to_consider"]
+    if not critic["enabled"] or off <= LARGEST_SHARE * ahead:
+        return ""
+    return (
+        f"PathFollowCritic.threshold_to_consider {off:g}, prune_distance {ahead:g}: where the path winds, the end of "
+        "the local path is nearer than the threshold, the critic is off, and MPPI gets slow; a threshold of at most "
+        f"{LARGEST_SHARE:g} times prune_distance helps"
+    )
+
+
 MPPI = Nav2Controller(
     in_every_release("nav2_mppi_controller::MPPIController"),
     "MPPI",
@@ -120,6 +137,7 @@ MPPI = Nav2Controller(
     forms=forms,
     make=MppiFollower,
     limits=limits,
+    advice=advice,
     relative_cost=4.0,
     old_critics=OLD_CRITICS,
     exchanged=EXCHANGED,

@@ -13,7 +13,7 @@ from controllers.nav2_params.parsing import Nav2Params, parse_nav2_params
 from controllers.nav2_params.presets import PRESETS, counterpart, load_preset
 from controllers.nav2_params.reading import read_nav2_params
 from controllers.nav2_params.robot import robot_of
-from controllers.nav2_params.summary import summarise
+from controllers.nav2_params.summary import advise, summarise
 from controllers.nav2_params.writing import parameters_of_ours, write_nav2_params
 
 __all__ = [
@@ -22,6 +22,7 @@ __all__ = [
     "Nav2Params",
     "NavigationParams",
     "PlannerPlugin",
+    "advise",
     "counterpart",
     "load_preset",
     "mask_files",

@@ -51,6 +51,13 @@ def summarise(read: Nav2Params, robot: RobotSpec | None = None, verbose: bool = 
     return [*lines, *([f"other keys: {'; '.join(counts)} (--verbose names them)"] if counts else [])]
 
 
+def advise(read: Nav2Params) -> list[str]:
+    """Return a line for each controller of the file that is known to get slow or to stop with its parameters."""
+    plugins = {name: read.navigation.controllers[name] for name in read.own_controllers}
+    said = {name: CONTROLLERS[plugin.kind].advice(plugin.params) for name, plugin in plugins.items()}
+    return [f"{name}: {text}" for name, text in said.items() if text]
+
+
 def describe_robot(robot: RobotSpec) -> str:
     """Describe the shape and limits of a robot in one line."""
     if robot.footprint is None:

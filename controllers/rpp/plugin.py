@@ -11,6 +11,8 @@ from controllers.rpp.lyrical import make_rpp
 from controllers.rpp.params import RENAMED_KEYS, ROS_ONLY_KEYS, RppParams
 from gym_mapbench.ros_params import Keys, Section, in_every_release
 
+LONGEST_AHEAD = 0.4
+"""Longest ``lookahead_dist`` (m) with which RPP rarely stops in a bend (``docs/howto/slow.md``)."""
 TURNING = {
     "max_angular_velocity": "rotate_to_heading_angular_vel",
     "max_angular_acceleration": "max_angular_accel",
@@ -38,6 +40,17 @@ def arrange(values: dict[str, Any], release: Release) -> dict[str, Any]:
     return {lyrical.get(name, name): value for name, value in values.items()}
 
 
+def advice(params: Mapping[str, Any]) -> str:
+    """Say that the collision check may stop the robot in bends."""
+    ahead = params["lookahead_dist"]
+    if not params["use_collision_detection"] or params["use_velocity_scaled_lookahead_dist"] or ahead <= LONGEST_AHEAD:
+        return ""
+    return (
+        f"lookahead_dist {ahead:g}: in bends of narrow corridors the arc to the carrot meets the wall, and RPP stops; "
+        "0.3 to 0.4 helps"
+    )
+
+
 RPP = Nav2Controller(
     in_every_release("nav2_regulated_pure_pursuit_controller::RegulatedPurePursuitController"),
     "Regulated Pure Pursuit",
@@ -55,5 +68,6 @@ RPP = Nav2Controller(
     arrange=arrange,
     make=make_rpp,
     limits=limits,
+    advice=advice,
     relative_cost=1.0,
 )

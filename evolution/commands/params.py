@@ -5,7 +5,7 @@ from __future__ import annotations
 import argparse
 from pathlib import Path
 
-from controllers.nav2_params import parse_nav2_params, robot_of, summarise
+from controllers.nav2_params import advise, parse_nav2_params, robot_of, summarise
 from controllers.nav2_params.document import read_document
 from controllers.nav2_params.migration import Migration, migrate_file
 from controllers.releases import RELEASES
@@ -53,6 +53,8 @@ def _check(args: argparse.Namespace) -> int:
     base = RobotSpec(name="turtlebot3_waffle") if args.robot is None else make_robot(args.robot)
     for line in summarise(read, robot_of(read, base), args.verbose):
         console.print(line)
+    for line in advise(read):
+        console.print(f"may get slow or stop: {line}")
     return 0
 
 

@@ -1,0 +1,68 @@
+"""What ``mapbench params check`` says of parameters with which a controller is known to get slow or to stop."""
+
+from __future__ import annotations
+
+import pytest
+import yaml
+
+from controllers.nav2_params import advise, read_nav2_params
+from controllers.nav2_params.plugins import CONTROLLERS
+from controllers.nav2_params.presets import PRESETS, load_preset
+from evolution.cli import main
+from gym_mapbench.ros_params import overlay
+from tests.test_documents import ROOT
+
+SLOW = {
+    "dwb": ({}, {"forward_prune_distance": 1.0}, "forward_prune_distance 2:"),
+    "mppi": (
+        {"PathFollowCritic": {"threshold_to_consider": 0.5}, "prune_distance": 0.7},
+        {"PathFollowCritic": {"threshold_to_consider": 0.5}, "prune_distance": 1.7},
+        "threshold_to_consider 0.5, prune_distance 0.7:",
+    ),
+    "rpp": ({}, {"lookahead_dist": 0.4}, "lookahead_dist 0.6:"),
+}
+"""Controller -> parameters that are known to be slow, parameters that help, and what is said of the first."""
+
+
+def said_of(kind, **params):
+    """Return the advice for Humble's parameters with some changes."""
+    plugin = CONTROLLERS[kind]
+    return plugin.advice(plugin.complete(overlay(load_preset("thesis").controllers[kind].params, params)))
+
+
+@pytest.mark.parametrize("kind", SLOW)
+def test_what_helps_silences_the_advice(kind):
+    slow, fast, said = SLOW[kind]
+    assert said in said_of(kind, **slow)
+    assert not said_of(kind, **fast)
+
+
+def test_what_is_off_is_not_advised_on():
+    assert not said_of("rpp", use_collision_detection=False)
+    assert not said_of("mppi", PathFollowCritic={"enabled": False})
+    assert not said_of("mppi", critics=["GoalCritic", "CostCritic"])
+
+
+@pytest.mark.parametrize("preset", PRESETS)
+def test_releases_differ(preset):
+    controllers = load_preset(preset).controllers
+    said = {name for name, one in controllers.items() if CONTROLLERS[one.kind].advice(one.params)}
+    release = preset.removesuffix("_fair")
+    assert said & {"dwb", "mppi", "rpp"} == {"jazzy": {"dwb", "rpp"}, "lyrical": {"rpp"}}.get(
+        release, {"dwb", "mppi", "rpp"}
+    )
+
+
+def test_check_prints_it(tmp_path, capsys):
+    file = ROOT / "examples/nav2_params.yaml"
+    assert main(["params", "check", str(file)]) == 0
+    lines = [line for line in capsys.readouterr().out.splitlines() if line.startswith("may get slow or stop: ")]
+    assert [line.split(": ", 1)[1] for line in lines] == advise(read_nav2_params(file))
+    values = yaml.safe_load(file.read_text(encoding="utf-8"))
+    own = values["controller_server"]["ros__parameters"]
+    own["FollowPath"]["forward_prune_distance"] = 1.0
+    own["Pursuit"]["lookahead_dist"] = 0.4
+    mended = tmp_path / "mended.yaml"
+    mended.write_text(yaml.safe_dump(values), encoding="utf-8")
+    assert main(["params", "check", str(mended)]) == 0
+    assert "may get slow or stop" not in capsys.readouterr().out
