@@ -11,6 +11,8 @@ from controllers.graceful.lyrical import make_graceful
 from controllers.graceful.params import RENAMED_KEYS, ROS_ONLY_KEYS, GracefulParams
 from gym_mapbench.ros_params import Keys, in_every_release
 
+TARGET = {"humble": "motion_target_dist"}
+"""Release -> the distance of the target, m; ``max_lookahead`` since Jazzy."""
 LIMITS = {"max_linear_velocity": "v_linear_max", "max_angular_velocity": "v_angular_max"}
 
 
@@ -23,6 +25,17 @@ def limits(params: Mapping[str, Any]) -> Limits:
     return highest([named_limits(params, LIMITS), {"max_angular_velocity": float(half_turn)}])
 
 
+def advice(params: Mapping[str, Any]) -> str:
+    """Say that the robot never reaches its top speed, as its target is always nearer than ``slowdown_radius``."""
+    radius, target = params["slowdown_radius"], TARGET.get(params["release"], "max_lookahead")
+    if radius <= params[target]:
+        return ""
+    return (
+        f"slowdown_radius {radius:g}, {target} {params[target]:g}: the target is always within the radius, so the "
+        f"robot drives at most {params[target] / radius:.0%} of v_linear_max; a radius of at most {target} helps"
+    )
+
+
 GRACEFUL = Nav2Controller(
     in_every_release("nav2_graceful_controller::GracefulController"),
     "the Graceful Controller",
@@ -30,6 +43,7 @@ GRACEFUL = Nav2Controller(
     Keys(ros_only=ROS_ONLY_KEYS, renamed=RENAMED_KEYS),
     make=make_graceful,
     limits=limits,
+    advice=advice,
     relative_cost=1.5,
     needs_no_section=True,
 )
