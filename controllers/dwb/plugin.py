@@ -41,7 +41,7 @@ def limits(params: Mapping[str, Any]) -> Limits:
 def advice(params: Mapping[str, Any]) -> str:
     """Say that the end of the local plan may lie behind a wall; Lyrical measures it along the path."""
     ahead = 0.0 if params["release"] == "lyrical" else params["forward_prune_distance"]
-    if ahead <= LONGEST_AHEAD:
+    if 0.0 <= ahead <= LONGEST_AHEAD:  # a negative value of Jazzy stands for the whole plan
         return ""
     return (
         f"forward_prune_distance {ahead:g}: where the path winds around a wall, the end of the local plan may lie "

@@ -44,6 +44,12 @@ def test_what_is_off_is_not_advised_on():
     assert not said_of("mppi", critics=["GoalCritic", "CostCritic"])
 
 
+def test_a_whole_plan_is_the_longest():
+    plugin = CONTROLLERS["dwb"]
+    params = overlay(load_preset("jazzy").controller("dwb").params, {"forward_prune_distance": -1.0})
+    assert "forward_prune_distance -1:" in plugin.advice(plugin.complete(params))
+
+
 @pytest.mark.parametrize("preset", PRESETS)
 def test_releases_differ(preset):
     controllers = load_preset(preset).controllers
