@@ -36,6 +36,7 @@ def test_what_helps_silences_the_advice(kind):
     slow, fast, said = SLOW[kind]
     assert said in said_of(kind, **slow)
     assert not said_of(kind, **fast)
+    assert said_of(f"shim_{kind}", **slow) == said_of(kind, **slow)
 
 
 def test_what_is_off_is_not_advised_on():
