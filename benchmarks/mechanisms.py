@@ -11,6 +11,7 @@ others. ``--plot`` draws that map of each mechanism with a run of each controlle
 from __future__ import annotations
 
 import argparse
+import sys
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
@@ -26,6 +27,7 @@ from evolution.driving import ControllerSpec, DriveSettings, JobPlan, drive
 from evolution.files import Row
 from evolution.pictures import colour_of, draw_map, draw_trajectories, new_figure
 from evolution.search import load_preset, scenario_on
+from gym_mapbench.errors import MapBenchError
 from gym_mapbench.generator import WITHOUT_ROUTE, FamilySpec, MotifGenes, ShapeSettings, draw_from
 from gym_mapbench.generator.genomes import genome_of
 from gym_mapbench.generator.motifs import USUAL_WIDTH
@@ -262,12 +264,15 @@ def print_files(family: str, files: Sequence[str], seeds: int, options: Mapping[
     name = one.controller.upper()
     print(f"| file | {name}, s | {name}, {one.mend}, s |\n|---|---|---|")
     for file in files:
-        read = read_nav2_params(file, anyone=True)
-        plugins = read.navigation.controllers
-        for kept in (own for own in read.own_controllers if plugins[own].kind == one.controller):
-            rows = bench([build(family, *one.probe)], [kept, mended], repeats=seeds, params=file, **world).rows
-            found = " | ".join(times(of(rows, controller=which)) for which in (kept, "mended"))
-            print(f"| {Path(file).stem} | {found} |", flush=True)
+        try:
+            read = read_nav2_params(file, anyone=True)
+            plugins = read.navigation.controllers
+            for kept in (own for own in read.own_controllers if plugins[own].kind == one.controller):
+                rows = bench([build(family, *one.probe)], [kept, mended], repeats=seeds, params=file, **world).rows
+                found = " | ".join(times(of(rows, controller=which)) for which in (kept, "mended"))
+                print(f"| {Path(file).stem} | {found} |", flush=True)
+        except MapBenchError as error:
+            print(f"{Path(file).stem}: {error}", file=sys.stderr)
 
 
 def plot(file: str) -> None:
