@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import functools
 import inspect
 import re
 from collections.abc import Callable, Mapping
@@ -10,7 +9,7 @@ from importlib.resources import files
 from itertools import takewhile
 from typing import Any, NamedTuple
 
-from controllers.nav2_params import PRESETS
+from controllers.nav2_params import PRESETS, plugins
 from controllers.nav2_params.presets import read_preset
 from controllers.registry import CONTROLLERS
 from evolution.driving import EXECUTORS
@@ -64,8 +63,6 @@ def _first_line(entry: Any) -> str:
     """Return the first line of the docstring of an entry, or of its function or class."""
     if isinstance(entry, PlannerEntry):
         entry = entry.make
-    elif isinstance(entry, functools.partial):
-        entry = entry.func
     elif not isinstance(entry, type) and not inspect.isroutine(entry):
         entry = next(part for part in (*_fields(entry), type(entry)) if callable(part))
     return ROLE.sub(r"\1", (inspect.getdoc(entry) or "").partition("\n")[0])
@@ -78,6 +75,14 @@ def _fields(entry: Any) -> tuple[Any, ...]:
 
 def _settings_in(registry: Registry[Any]) -> Callable[[str], Mapping[str, Any]]:
     return lambda name: dict(registry.get(name).model_dump(mode="json"))
+
+
+def _controller(name: str) -> str:
+    """Return the title of one of Nav2's controllers, and the class that parameter files name."""
+    if name not in plugins.CONTROLLERS:
+        return "added by a package"
+    described = plugins.CONTROLLERS[name]
+    return f"{described.title[0].upper()}{described.title[1:]} ({described.names['humble']})"
 
 
 def _robot(name: str) -> str:
@@ -110,7 +115,7 @@ def _heading(package: str, folder: str) -> Callable[[str], str]:
 
 
 KINDS: dict[str, Kind] = {
-    "controllers": _of_registry(CONTROLLERS, "--controllers"),
+    "controllers": _of_registry(CONTROLLERS, "--controllers")._replace(about=_controller),
     "planners": _of_registry(PLANNERS, "--planner"),
     "layers": _of_registry(LAYERS, "costmap plugins:"),
     "robots": _of_registry(ROBOTS, "--robot", _settings_in(ROBOTS))._replace(about=_robot),

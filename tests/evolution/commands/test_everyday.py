@@ -42,7 +42,10 @@ def test_list_names_everything_and_says_what_it_is(capsys):
     assert list(dict.fromkeys(row["kind"] for row in rows)) == list(KINDS)
     about = {(row["kind"], row["name"]): row["what it is"] for row in rows}
     assert about["robots", "jackal"] == "radius 0.267 m, 2 m/s, 4 rad/s"
-    assert {"dwb", "shim_mppi"} <= {name for kind, name in about if kind == "controllers"}
+    assert about["controllers", "dwb"] == "DWB (dwb_core::DWBLocalPlanner)"
+    assert about["controllers", "shim_mppi"].startswith(
+        "The Rotation Shim around MPPI (nav2_rotation_shim_controller::"
+    )
     assert [key for key, text in about.items() if not text or ":`" in text] == []
 
 
