@@ -257,22 +257,31 @@ def print_worlds(family: str, seeds: int, options: Mapping[str, Any]) -> None:
 
 
 def print_files(family: str, files: Sequence[str], seeds: int, options: Mapping[str, Any]) -> None:
-    """Print the times of the controller of each parameter file that has it, as it is and as mended."""
+    """Print the times of the controller of each parameter file that has it, as it is and as mended.
+
+    A file that cannot be read or driven is one line on standard error.
+    """
     one = MECHANISMS[family]
-    mended = ControllerSpec(name="mended", kind=one.controller, params=dict(one.changes[one.mend]))
-    world = {"noise": "nominal", "time_limit": 150.0, "collision_ends_episode": False, **options}
     name = one.controller.upper()
     print(f"| file | {name}, s | {name}, {one.mend}, s |\n|---|---|---|")
     for file in files:
         try:
-            read = read_nav2_params(file, anyone=True)
-            plugins = read.navigation.controllers
-            for kept in (own for own in read.own_controllers if plugins[own].kind == one.controller):
-                rows = bench([build(family, *one.probe)], [kept, mended], repeats=seeds, params=file, **world).rows
-                found = " | ".join(times(of(rows, controller=which)) for which in (kept, "mended"))
-                print(f"| {Path(file).stem} | {found} |", flush=True)
+            print_file(family, file, seeds, options)
         except MapBenchError as error:
             print(f"{Path(file).stem}: {error}", file=sys.stderr)
+
+
+def print_file(family: str, file: str, seeds: int, options: Mapping[str, Any]) -> None:
+    """Print those times of one file, a line for each controller of the kind."""
+    one = MECHANISMS[family]
+    mended = ControllerSpec(name="mended", kind=one.controller, params=dict(one.changes[one.mend]))
+    world = {"noise": "nominal", "time_limit": 150.0, "collision_ends_episode": False, **options}
+    read = read_nav2_params(file, anyone=True)
+    plugins = read.navigation.controllers
+    for kept in (own for own in read.own_controllers if plugins[own].kind == one.controller):
+        rows = bench([build(family, *one.probe)], [kept, mended], repeats=seeds, params=file, **world).rows
+        found = " | ".join(times(of(rows, controller=which)) for which in (kept, "mended"))
+        print(f"| {Path(file).stem} | {found} |", flush=True)
 
 
 def plot(file: str) -> None:

@@ -77,12 +77,16 @@ def _settings_in(registry: Registry[Any]) -> Callable[[str], Mapping[str, Any]]:
     return lambda name: dict(registry.get(name).model_dump(mode="json"))
 
 
-def _controller(name: str) -> str:
-    """Return the title of one of Nav2's controllers, and the class that parameter files name."""
-    if name not in plugins.CONTROLLERS:
-        return "added by a package"
-    described = plugins.CONTROLLERS[name]
-    return f"{described.title[0].upper()}{described.title[1:]} ({described.names['humble']})"
+def _controllers() -> Kind:
+    """Return the kind of controllers; Nav2's have their titles, and the classes that parameter files name."""
+    kind = _of_registry(CONTROLLERS, "--controllers")
+
+    def about(name: str) -> str:
+        if (described := plugins.CONTROLLERS.get(name)) is None:
+            return kind.about(name)
+        return f"{described.title[0].upper()}{described.title[1:]} ({described.names['humble']})"
+
+    return kind._replace(about=about)
 
 
 def _robot(name: str) -> str:
@@ -115,7 +119,7 @@ def _heading(package: str, folder: str) -> Callable[[str], str]:
 
 
 KINDS: dict[str, Kind] = {
-    "controllers": _of_registry(CONTROLLERS, "--controllers")._replace(about=_controller),
+    "controllers": _controllers(),
     "planners": _of_registry(PLANNERS, "--planner"),
     "layers": _of_registry(LAYERS, "costmap plugins:"),
     "robots": _of_registry(ROBOTS, "--robot", _settings_in(ROBOTS))._replace(about=_robot),
