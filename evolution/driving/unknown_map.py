@@ -9,6 +9,7 @@ from __future__ import annotations
 import math
 from typing import Any
 
+from controllers.base import Controller
 from controllers.nav2_params import NavigationParams
 from gym_mapbench.costmap import CostmapParams
 from gym_mapbench.errors import ConfigError
@@ -16,6 +17,8 @@ from gym_mapbench.world.gridmap import GridMap
 
 STATIC = "static_layer"
 COSTMAPS = ("global_costmap", "local_costmap")
+OF_THE_MAP = ("path", "costmap")
+"""Keys of the observation that the env makes of the whole map."""
 
 
 def without_map(navigation: NavigationParams, grid: GridMap) -> NavigationParams:
@@ -45,6 +48,19 @@ def check_sensors(navigation: NavigationParams) -> None:
                 f"unknown_map: expected an obstacle layer or a voxel layer in the {name}, "
                 f"because only the sensors fill it, got {', '.join(costmap.plugins)}"
             )
+
+
+def check_observed(controller: Controller, name: str) -> None:
+    """Refuse a controller that observes what the env makes of the map.
+
+    Raises:
+        ConfigError: Naming the controller and the keys.
+    """
+    if seen := [key for key in OF_THE_MAP if key in controller.observation_keys]:
+        raise ConfigError(
+            f"unknown_map: expected controllers that observe neither path nor costmap, which the env makes of the "
+            f"map, got {name}, which observes {' and '.join(seen)}"
+        )
 
 
 def _without_static(costmap: CostmapParams, grid: GridMap) -> CostmapParams:

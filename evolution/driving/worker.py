@@ -11,7 +11,7 @@ from controllers.registry import CONTROLLERS, make_controller
 from evolution.driving.jobs import ControllerSpec, Job, RunResult
 from evolution.driving.one_run import OnStep, environment_for, run_episode
 from evolution.driving.settings import DriveSettings
-from evolution.driving.unknown_map import without_map
+from evolution.driving.unknown_map import check_observed, without_map
 from gym_mapbench.costmap import LAYERS
 from gym_mapbench.errors import ConfigError
 from gym_mapbench.metrics import measure
@@ -35,8 +35,8 @@ def try_controllers(specs: Iterable[ControllerSpec], settings: DriveSettings) ->
     """Make every controller once, so that errors are reported before the first run.
 
     Raises:
-        ConfigError: Naming the first that cannot be made, that workers cannot find, or that does not fit the control
-            frequency or the sensors of the world.
+        ConfigError: Naming the first that cannot be made, that workers cannot find, that does not fit the control
+            frequency or the sensors of the world, or that observes the map where it is unknown.
     """
     PLANNERS.for_workers(settings.navigation.planner.name)
     for costmap in (settings.navigation.local_costmap, settings.navigation.global_costmap):
@@ -45,6 +45,8 @@ def try_controllers(specs: Iterable[ControllerSpec], settings: DriveSettings) ->
     for spec in specs:
         CONTROLLERS.for_workers(spec.registered_name)
         controller = build_controller(spec, settings)
+        if settings.unknown_map:
+            check_observed(controller, spec.name)
         environment_for(settings.environment, controller)
         if isinstance(controller, Navigator):
             controller.check_frequency(1.0 / settings.environment.control_hz)

@@ -2,11 +2,14 @@
 
 from __future__ import annotations
 
+import sys
+
 import numpy as np
 import pytest
 
-from evolution.driving import ControllerSpec, DriveSettings, JobPlan, drive
-from evolution.driving.unknown_map import without_map
+from controllers.rl import as_controller
+from evolution.driving import ControllerSpec, DriveSettings, JobPlan, drive, try_controllers
+from evolution.driving.unknown_map import check_observed, without_map
 from gym_mapbench.costmap import LayeredCostmap
 from gym_mapbench.errors import ConfigError
 from gym_mapbench.world.footprint import Footprint
@@ -81,3 +84,25 @@ def test_a_costmap_that_nothing_would_fill_is_refused():
     DriveSettings(navigation=blind)
     with pytest.raises(ConfigError, match=r"unknown_map: .* in the global_costmap, .* got static_layer"):
         DriveSettings(navigation=blind, unknown_map=True)
+
+
+@pytest.mark.parametrize(
+    ("keys", "seen"), [(("goal", "path"), "path"), (("costmap", "goal", "path"), "path and costmap")]
+)
+def test_a_policy_that_observes_the_map_is_refused(tmp_path, monkeypatch, keys, seen):
+    specs = (ControllerSpec(name="rpp"), ControllerSpec(name="mine", kind="seeing_policy:make"))
+    (tmp_path / "seeing_policy.py").write_text(
+        "from controllers.rl import as_controller\n\n"
+        f"def make():\n    return as_controller(lambda observation: (0.1, 0.0), 'ahead', {keys})\n"
+    )
+    monkeypatch.syspath_prepend(tmp_path)
+    monkeypatch.delitem(sys.modules, "seeing_policy", raising=False)
+    settings = DriveSettings(navigation="thesis")
+    try_controllers(specs, settings)
+    with pytest.raises(ConfigError, match=rf"unknown_map: .* got mine, which observes {seen}$"):
+        try_controllers(specs, settings.replace(unknown_map=True))
+
+
+def test_a_policy_that_observes_the_scan_alone_drives_without_the_map():
+    blind = as_controller(lambda observation: (0.1, 0.0), "ahead", ("goal", "velocity", "scan"))
+    check_observed(blind, "ahead")
