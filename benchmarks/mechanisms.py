@@ -19,6 +19,7 @@ from statistics import fmean, median
 from typing import Any
 
 import numpy as np
+from matplotlib.axes import Axes
 from run_tables import MISSING, is_goal, of, share
 
 from controllers.nav2_params import read_nav2_params
@@ -286,18 +287,23 @@ def print_file(family: str, file: str, seeds: int, options: Mapping[str, Any]) -
 
 def plot(file: str) -> None:
     """Draw the map of the changes of each mechanism, with a run of each controller."""
-    plan = JobPlan(tuple(ControllerSpec(name=name) for name in CONTROLLERS), settings_of(WAFFLE, "fair"), ROOT_SEED)
     figure, places = new_figure(len(MECHANISMS), width=12.0, height=4.6)
     for axes, (family, one) in zip(places, MECHANISMS.items(), strict=True):
-        scenario = build(family, *one.probe)
-        episodes = [drive(plan.job(scenario, number, SHOWN)) for number in range(len(CONTROLLERS))]
-        draw_map(axes, scenario)
-        draw_trajectories(axes, episodes, CONTROLLERS)
-        for row, run in enumerate(reversed(episodes)):
-            end = f"{run.time:.0f} s" if run.success else f"{run.outcome} after {run.time:.0f} s"
-            colour = colour_of(CONTROLLERS, run.controller)
-            axes.text(0.0, 1.02 + 0.06 * row, f"{run.controller}: {end}", color=colour, transform=axes.transAxes)
+        draw_runs(axes, build(family, *one.probe), tuple(ControllerSpec(name=name) for name in CONTROLLERS))
     figure.savefig(file, dpi=90)
+
+
+def draw_runs(axes: Axes, scenario: Scenario, specs: tuple[ControllerSpec, ...]) -> None:
+    """Draw a map with a run of each controller, and write above it how each ended."""
+    names = [spec.name for spec in specs]
+    plan = JobPlan(specs, settings_of(WAFFLE, "fair"), ROOT_SEED)
+    episodes = [drive(plan.job(scenario, number, SHOWN)) for number in range(len(specs))]
+    draw_map(axes, scenario)
+    draw_trajectories(axes, episodes, names)
+    for row, run in enumerate(reversed(episodes)):
+        end = f"{run.time:.0f} s" if run.success else f"{run.outcome} after {run.time:.0f} s"
+        colour = colour_of(names, run.controller)
+        axes.text(0.0, 1.02 + 0.06 * row, f"{run.controller}: {end}", color=colour, transform=axes.transAxes)
 
 
 def settings_of(robot: str, navigation: str) -> DriveSettings:
