@@ -14,7 +14,9 @@ import pytest
 
 from evolution import bench
 from evolution.driving import ControllerSpec
+from evolution.studies.settings import load_study
 from gym_mapbench.mapio import load_scenarios
+from gym_mapbench.trust import allow_code
 
 EXAMPLES = Path(__file__).resolve().parents[1] / "examples"
 NOTEBOOK = EXAMPLES / "first_look.ipynb"
@@ -104,6 +106,14 @@ def test_a_parameter_mends_what_the_slow_maps_show(place, time_limit, controller
     ends = {name: [row["outcome"] for row in rows if row["controller"] == name] for name in (controller, "mended")}
     assert ends["mended"] == ["goal"] * 3
     assert ends[controller] != ["goal"] * 3
+
+
+def test_the_study_of_a_policy_differs_from_evolve_by_its_controllers():
+    with allow_code():
+        own, evolve = (load_study(name).experiment for name in (EXAMPLES / "policies/evolve.study.yaml", "evolve"))
+    assert own.pop("controllers") == ["ppo=examples/policies/ppo.zip", "mppi"]
+    assert evolve.pop("controllers") == ["dwb", "mppi", "rpp"]
+    assert own == evolve
 
 
 def test_the_list_is_complete():
