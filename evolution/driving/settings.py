@@ -57,7 +57,8 @@ class DriveSettings(Settings):
         navigation: Nav2's parameters; also the name of a preset or of a ``nav2_params.yaml``, the options of a
             :class:`ParameterFile`, or the changes to a preset (see :func:`changed_preset`).
         own_goal_check: Whether Nav2's own goal checker decides when the goal is reached; if False, the env does.
-        unknown_map: Whether Nav2's costmaps hold only the cells that the sensors have observed.
+        unknown_map: Whether Nav2's costmaps hold only the cells that the sensors have observed. A controller that
+            observes ``path`` or ``costmap``, which the env makes of the map, is refused then.
     """
 
     environment: EnvConfig = EnvConfig()

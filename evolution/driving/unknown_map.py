@@ -53,6 +53,10 @@ def check_sensors(navigation: NavigationParams) -> None:
 def check_observed(controller: Controller, name: str) -> None:
     """Refuse a controller that observes what the env makes of the map.
 
+    Args:
+        controller: The controller.
+        name: Its name in tables and errors.
+
     Raises:
         ConfigError: Naming the controller and the keys.
     """

@@ -25,18 +25,22 @@ def build_controller(spec: ControllerSpec, settings: DriveSettings) -> Controlle
     """Make the controller that ``spec`` names, with the navigation of ``settings``.
 
     Raises:
-        ConfigError: If there is no such controller, parameter or model file.
+        ConfigError: If there is no such controller, parameter or model file, or it observes the map where that is
+            unknown.
     """
     params: dict[str, Any] = dict(spec.params)
-    return make_controller(spec.registered_name, navigation=settings.navigation, label=spec.name, **params)
+    controller = make_controller(spec.registered_name, navigation=settings.navigation, label=spec.name, **params)
+    if settings.unknown_map:
+        check_observed(controller, spec.name)
+    return controller
 
 
 def try_controllers(specs: Iterable[ControllerSpec], settings: DriveSettings) -> None:
     """Make every controller once, so that errors are reported before the first run.
 
     Raises:
-        ConfigError: Naming the first that cannot be made, that workers cannot find, that does not fit the control
-            frequency or the sensors of the world, or that observes the map where it is unknown.
+        ConfigError: Naming the first that cannot be made, that workers cannot find, or that does not fit the control
+            frequency or the sensors of the world.
     """
     PLANNERS.for_workers(settings.navigation.planner.name)
     for costmap in (settings.navigation.local_costmap, settings.navigation.global_costmap):
@@ -45,8 +49,6 @@ def try_controllers(specs: Iterable[ControllerSpec], settings: DriveSettings) ->
     for spec in specs:
         CONTROLLERS.for_workers(spec.registered_name)
         controller = build_controller(spec, settings)
-        if settings.unknown_map:
-            check_observed(controller, spec.name)
         environment_for(settings.environment, controller)
         if isinstance(controller, Navigator):
             controller.check_frequency(1.0 / settings.environment.control_hz)

@@ -99,8 +99,11 @@ def test_a_policy_that_observes_the_map_is_refused(tmp_path, monkeypatch, keys, 
     monkeypatch.delitem(sys.modules, "seeing_policy", raising=False)
     settings = DriveSettings(navigation="thesis")
     try_controllers(specs, settings)
-    with pytest.raises(ConfigError, match=rf"unknown_map: .* got mine, which observes {seen}$"):
-        try_controllers(specs, settings.replace(unknown_map=True))
+    unknown = settings.replace(unknown_map=True)
+    (_, job) = JobPlan(specs, unknown, root_seed=3).jobs(Scenario(walled_grid(), Pose(0.8, 0.8), Pose(7.2, 0.8)))
+    for attempt in (lambda: try_controllers(specs, unknown), lambda: drive(job)):
+        with pytest.raises(ConfigError, match=rf"unknown_map: .* got mine, which observes {seen}$"):
+            attempt()
 
 
 def test_a_policy_that_observes_the_scan_alone_drives_without_the_map():
