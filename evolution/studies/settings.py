@@ -287,7 +287,7 @@ def load_study(name_or_file: str | Path) -> StudySettings:
 
 
 def read_definition(name_or_file: str | Path) -> Any:
-    """Read the YAML of a study of the package by its name, or of a file.
+    """Read the YAML of a study of the package by its name, or of a file, laid over the study that is its ``base``.
 
     Raises:
         ConfigError: If there is none, or it names code.
@@ -301,7 +301,32 @@ def read_definition(name_or_file: str | Path) -> Any:
         raise unknown_name("study", name_or_file, study_names())
     definition = read_yaml(path)
     refuse_code(definition, path)
-    return definition
+    try:
+        return _over_base(definition)
+    except ConfigError as error:
+        raise ConfigError(f"{path}: {error}") from None
+
+
+def _over_base(definition: Any) -> Any:
+    """Return a study laid over the study of the package that it names as its ``base``, if it does.
+
+    Raises:
+        ConfigError: If there is no such study, or an option of a search is given twice, by two names.
+    """
+    if not isinstance(definition, Mapping) or "base" not in definition:
+        return definition
+    if (base := definition["base"]) not in study_names():
+        raise unknown_name("study", base, study_names())
+    own = {name: value for name, value in definition.items() if name != "base"}
+    return overlay(_in_sections(read_definition(base)), _in_sections(own))
+
+
+def _in_sections(definition: Mapping[str, Any]) -> dict[str, Any]:
+    """Return a study with the options of the search that its configurations share in their sections."""
+    experiment = definition.get("experiment")
+    if not isinstance(experiment, Mapping):
+        return dict(definition)
+    return {**definition, "experiment": nested_document(experiment)}
 
 
 def _bundled() -> Iterable[str]:

@@ -531,3 +531,31 @@ def test_studies_are_found_by_name_or_file(tmp_path):
     (tmp_path / "list.yaml").write_text("- a\n")
     with pytest.raises(ConfigError, match=r"list\.yaml: expected a mapping of options"):
         load_study(tmp_path / "list.yaml")
+
+
+def test_a_study_is_laid_over_one_of_the_package(tmp_path):
+    own = "base: evolve\nname: mine\nexperiment: {search: {pop_size: 8}, controllers: [dwb, rpp]}\n"
+    (tmp_path / "mine.yaml").write_text(own)
+    mine, evolve = load_study(tmp_path / "mine.yaml"), load_study("evolve")
+    assert mine == evolve.replace(name="mine", experiment=mine.experiment)
+    assert mine.experiment["controllers"] == ["dwb", "rpp"]
+    search, before = mine.experiment["search"], evolve.experiment["search"]
+    assert search == {**before, "ga": {**before["ga"], "pop_size": 8}}
+
+
+@pytest.mark.parametrize(
+    ("own", "message"),
+    [
+        ("base: evolv\n", "unknown study 'evolv'; did you mean 'evolve'"),
+        ("base: [a]\n", "unknown study"),
+        ("base: evolve\nexperiment: 3\n", "experiment: expected"),
+        ("base: evolve\nexperiment: {search: {pop_size: 8, ga: {pop_size: 9}}}\n", "expected once, got it under two"),
+        ("base: evolve\nworlds: {a: {}, b: {}}\n", "unknown key"),
+    ],
+)
+def test_what_cannot_be_laid_over_a_study_is_one_line(tmp_path, own, message):
+    (tmp_path / "mine.yaml").write_text(own)
+    with pytest.raises(ConfigError, match=message) as caught:
+        load_definition(tmp_path / "mine.yaml")
+    assert str(caught.value).startswith(f"{tmp_path / 'mine.yaml'}: ")
+    assert "\n" not in str(caught.value)
