@@ -94,10 +94,11 @@ class RunResult:
         Raises:
             ConfigError: If the run has no such measure.
         """
-        values = {**self.timings, **self.metrics, "time": self.time_s, "path_length": self.path_length_m}
-        if metric not in values:
-            raise unknown_name("metric", metric, values)
-        return float(values[metric])
+        own = {"time": self.time_s, "path_length": self.path_length_m}
+        for values in (own, self.metrics, self.timings):
+            if metric in values:
+                return float(values[metric])
+        raise unknown_name("metric", metric, {**self.timings, **self.metrics, **own})
 
     def to_json(self) -> str:
         """Return the JSON text that :meth:`from_json` reads."""

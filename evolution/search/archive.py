@@ -19,7 +19,6 @@ from evolution.search.judging import (
     Names,
     best_of_judged,
     is_solved,
-    judge_map,
     repeats_of,
 )
 from evolution.search.staging import Stage, Stages, next_stage, single_stage
@@ -165,7 +164,7 @@ class Archive:
         if fitness is not self._judge:
             self._judge, self._judged = fitness, {}
         if digest not in self._judged:
-            self._judged[digest] = judge_map(self.results(digest), fitness)
+            self._judged[digest] = fitness.judge_map(self.results(digest))
         return self._judged[digest]
 
     def map_set(self, names: Iterable[str]) -> MapSet:
@@ -181,10 +180,11 @@ class Archive:
         maps = self.solved(without)
         if len(maps) < size:
             return ()
+        judged = {name: self.judged(name, fitness) for name in maps}
         if size <= MAX_MAPS and fitness.exact:
-            return best_of_judged({name: self.judged(name, fitness) for name in maps}, fitness, size)
+            return best_of_judged(judged, fitness, size)
         return best_by_exchange(
-            tuple(maps)[:size], maps, lambda names: fitness(tuple(maps[name] for name in names)).rank_key
+            tuple(maps)[:size], maps, lambda names: fitness.judge([judged[name] for name in names]).rank_key
         )
 
     def _drive_stages(

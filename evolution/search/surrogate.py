@@ -84,7 +84,7 @@ class Forecast:
 
     def _estimate(self, fitness: Fitness, shift: float, spreads: Sequence[float]) -> Estimate:
         def score(logarithms: Array) -> float:
-            return float(fitness.kind.score(tuple(map(float, np.exp(logarithms)))))
+            return fitness.score_of(tuple(map(float, np.exp(logarithms))))
 
         means = np.array([one.mean + shift * one.deviation for one in self.logarithms])
         halves = [0.5 * (score(means + step) - score(means - step)) for step in np.diag(spreads)]

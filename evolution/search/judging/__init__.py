@@ -14,10 +14,10 @@
 
 from __future__ import annotations
 
-from evolution.search.judging.exact import MAX_MAPS, JudgedMap, Names, best_of_judged, best_set, judge_map
+from evolution.search.judging.exact import MAX_MAPS, Names, best_of_judged, best_set
 from evolution.search.judging.failures import FAILURES, FailurePolicy
 from evolution.search.judging.fitness import Fitness, calibrate_scale, scores_of
-from evolution.search.judging.judgement import Judgement, best_of, order_kept, order_of, values_in_order
+from evolution.search.judging.judgement import JudgedMap, Judgement, best_of, order_kept, order_of, values_in_order
 from evolution.search.judging.map_results import (
     MapResults,
     failed_trials,
@@ -58,7 +58,6 @@ __all__ = [
     "gini",
     "is_solved",
     "is_untouched",
-    "judge_map",
     "missing_runs",
     "order_kept",
     "order_of",

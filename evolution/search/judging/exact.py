@@ -16,36 +16,13 @@ import numpy as np
 
 from evolution.search.judging.equation import gain, penalty
 from evolution.search.judging.fitness import Fitness
+from evolution.search.judging.judgement import JudgedMap
 from evolution.search.judging.map_results import MapResults
 from evolution.search.judging.patterns import Pool
 from gym_mapbench.errors import ConfigError
 
 MAX_MAPS = 3
 Names = tuple[str, ...]
-
-
-class JudgedMap(NamedTuple):
-    """What a map contributes to any set.
-
-    Args:
-        score: Its score; None where the map has no value.
-        values: The aggregated value of each controller; None where the map has no value.
-        success_rate: Successful runs / all runs.
-        timeouts: Timed-out runs per repeat.
-        spread: By how much its score counts as less extreme (:meth:`Fitness.spread_of`).
-    """
-
-    score: float | None
-    values: tuple[float, ...] | None
-    success_rate: float
-    timeouts: float
-    spread: float
-
-
-def judge_map(results: MapResults, fitness: Fitness) -> JudgedMap:
-    """Judge one map alone."""
-    one = fitness((results,))
-    return JudgedMap(one.scores[0], one.values[0], one.success_rate, one.timeouts, fitness.spread_of(results))
 
 
 def best_set(maps: Mapping[str, MapResults], fitness: Fitness, size: int) -> Names:
@@ -59,7 +36,7 @@ def best_set(maps: Mapping[str, MapResults], fitness: Fitness, size: int) -> Nam
     Raises:
         ConfigError: If ``size`` is not 1 to 3, there are fewer maps, or the fitness cannot find its exact best set.
     """
-    return best_of_judged({name: judge_map(results, fitness) for name, results in maps.items()}, fitness, size)
+    return best_of_judged({name: fitness.judge_map(results) for name, results in maps.items()}, fitness, size)
 
 
 def best_of_judged(maps: Mapping[str, JudgedMap], fitness: Fitness, size: int) -> Names:

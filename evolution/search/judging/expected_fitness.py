@@ -80,7 +80,7 @@ def estimates_of(maps: Mapping[str, MapResults], parents: Mapping[str, str], fit
         fitness: Judges sets.
     """
     values = shrunken_values(maps, parents, fitness)
-    expected = {name: float(fitness.kind.score(some)) for name, some in values.items()}
+    expected = {name: fitness.score_of(some) for name, some in values.items()}
     solved = {name: of_map for name, runs in maps.items() if is_solved(of_map := solved_trials(runs))}
     scores = {name: scores_of(solved[name], fitness) if name in solved else [expected[name]] for name in maps}
     places = places_of(maps, scores)
@@ -243,7 +243,8 @@ def expected_fitness(
     """
     ordered = sorted((estimates[name] for name in names), key=lambda one: one.score)
     spreads = [fitness.settings.caution * one.deviation for one in ordered]
-    value = -gain(fitness.settings, fitness.pattern_of([one.values for one in ordered], spreads)[1])
+    pattern = fitness.pattern_of([one.score for one in ordered], [one.values for one in ordered], spreads)
+    value = -gain(fitness.settings, pattern)
     success = float(np.prod([one.success for one in ordered]))
     if value < 0.0:
         chances = [_chance_of_order(*pair) for pair in pairwise(ordered)] if fitness.kind.ordered else []

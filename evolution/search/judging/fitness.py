@@ -6,6 +6,7 @@ objectives that :class:`Fitness` returns are minimised.
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
@@ -16,7 +17,7 @@ import numpy as np
 from evolution.driving import RunResult, SetResults
 from evolution.search.judging.equation import gain, penalty
 from evolution.search.judging.failures import FAILURES, FailurePolicy
-from evolution.search.judging.judgement import Judgement
+from evolution.search.judging.judgement import JudgedMap, Judgement
 from evolution.search.judging.map_results import (
     MapResults,
     is_solved,
@@ -112,10 +113,38 @@ class Fitness:
             ConfigError: If the scale is not known yet.
             PluginError: If a third-party fitness or failure policy fails, or returns anything but finite numbers.
         """
-        success_rate = sum(map(successes_of, results)) / _planned(results)
-        timeouts = sum(self._timeouts(of_map) / repeats_of(of_map) for of_map in results)
-        values = tuple(self.values_of(of_map) for of_map in results)
-        scores, pattern = self.pattern_of(values, [self.spread_of(of_map) for of_map in results])
+        return self.judge([self.judge_map(of_map) for of_map in results])
+
+    def judge_map(self, of_map: MapResults) -> JudgedMap:
+        """Judge one map: what it contributes to any set.
+
+        Args:
+            of_map: ``results[controller][repeat]`` of the map.
+
+        Raises:
+            ConfigError: If the scale is not known yet.
+            PluginError: As for a set.
+        """
+        values, repeats = self.values_of(of_map), repeats_of(of_map)
+        return JudgedMap(
+            score=None if values is None else self.score_of(values),
+            values=values,
+            successes=successes_of(of_map),
+            runs=len(of_map) * repeats,
+            timeouts=self._timeouts(of_map) / repeats,
+            spread=self.spread_of(of_map),
+        )
+
+    def judge(self, maps: Sequence[JudgedMap]) -> Judgement:
+        """Judge one map set by what its maps contribute.
+
+        Raises:
+            PluginError: If a third-party fitness fails, or returns anything but finite numbers.
+        """
+        success_rate = sum(one.successes for one in maps) / sum(one.runs for one in maps)
+        timeouts = sum(one.timeouts for one in maps)
+        scores, values = tuple(one.score for one in maps), tuple(one.values for one in maps)
+        pattern = self.pattern_of(scores, values, [one.spread for one in maps])
         parts = Parts(
             penalty(self.settings, success_rate, timeouts),
             gain(self.settings, pattern, success_rate),
@@ -143,8 +172,9 @@ class Fitness:
         Args:
             results: Results of a set; all its maps with missing runs have a failed run.
         """
-        judged = self(results)
-        most = (sum(map(successes_of, results)) + missing_runs(results)) / _planned(results)
+        maps = [self.judge_map(of_map) for of_map in results]
+        judged = self.judge(maps)
+        most = (sum(one.successes for one in maps) + missing_runs(results)) / sum(one.runs for one in maps)
         best = penalty(self.settings, most, judged.timeouts) - gain(self.settings, judged.pattern, most)
         return min(judged.fitness, best)
 
@@ -182,32 +212,38 @@ class Fitness:
         if not self.settings.caution or repeats_of(of_map) == 1 or not is_solved(of_map):
             return 0.0
         singles = [[self._value(run) for (run,) in single] for single in singles_of(of_map)]
-        return self.settings.caution * float(np.std([self.kind.score(times) for times in singles], ddof=1))
+        return self.settings.caution * float(np.std([self.score_of(times) for times in singles], ddof=1))
+
+    def score_of(self, times: Times) -> float:
+        """Return the score of a map with one value for each controller.
+
+        Raises:
+            PluginError: If a third-party fitness fails, or returns anything but a finite number.
+        """
+        with FITNESSES.blamed(self.settings.fitness):
+            return self._finite("score", float(self.kind.score(times)))
 
     def pattern_of(
-        self, values: Sequence[Times | None], spreads: Sequence[float]
-    ) -> tuple[tuple[float | None, ...], float]:
-        """Score the maps that have values, and judge their scores.
+        self, scores: Sequence[float | None], values: Sequence[Times | None], spreads: Sequence[float]
+    ) -> float:
+        """Return the pattern of the scores of some maps.
 
         Args:
+            scores: The score of each map; None where the map has no value.
             values: For each map the aggregated value of each controller; None where the map has no value.
             spreads: By how much the score of each map counts as less extreme.
 
-        Returns:
-            The score of each map, and their pattern.
-
         Raises:
-            PluginError: If a third-party fitness fails, or returns anything but finite numbers.
+            PluginError: If a third-party fitness fails, or returns anything but a finite number.
         """
         with FITNESSES.blamed(self.settings.fitness):
-            scores = tuple(None if times is None else float(self.kind.score(times)) for times in values)
-            counted = _cautious(scores, spreads)
-            pattern = float(self.kind.judge(counted, [times for times in values if times is not None]))
-        if not np.isfinite([*counted, pattern]).all():
-            raise PluginError(
-                f"fitness {self.settings.fitness!r}: expected finite numbers, got {counted} and {pattern}"
-            )
-        return scores, pattern
+            known = [times for times in values if times is not None]
+            return self._finite("pattern", float(self.kind.judge(_cautious(scores, spreads), known)))
+
+    def _finite(self, what: str, value: float) -> float:
+        if not math.isfinite(value):
+            raise PluginError(f"fitness {self.settings.fitness!r}: expected a finite {what}, got {value}")
+        return value
 
     def _timeouts(self, of_map: Sequence[Sequence[RunResult]]) -> float:
         return sum_over_trials(of_map, lambda run: run.outcome in self.settings.timeout_outcomes)
@@ -217,11 +253,6 @@ class Fitness:
             return run.value(self.settings.metric)
         with FAILURES.blamed(self.settings.failures):
             return float(self.policy.value(run, self.time_limit))
-
-
-def _planned(results: SetResults) -> int:
-    """Return the number of runs in all trials of a set, those that were left out among them."""
-    return sum(len(of_map) * repeats_of(of_map) for of_map in results)
 
 
 def calibrate_scale(times_of_maps: Sequence[Times]) -> float:
@@ -259,5 +290,5 @@ def _cautious(scores: Sequence[float | None], spreads: Sequence[float]) -> list[
 
 def scores_of(of_map: MapResults, fitness: Fitness) -> list[float]:
     """Return the score of each repeat of a map; repeats without a score are left out."""
-    singles = [fitness((one,)).scores[0] for one in singles_of(of_map)]
-    return [score for score in singles if score is not None]
+    singles = map(fitness.values_of, singles_of(of_map))
+    return [fitness.score_of(values) for values in singles if values is not None]

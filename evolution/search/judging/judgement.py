@@ -1,12 +1,37 @@
-"""The answer of judging: objectives and constraints of a map set, and how two answers compare."""
+"""The answer of judging: objectives and constraints of a set, what each map contributes, and how answers compare."""
 
 from __future__ import annotations
 
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
-from typing import Protocol, TypeVar
+from typing import NamedTuple, Protocol, TypeVar
 
 import numpy as np
+
+
+class JudgedMap(NamedTuple):
+    """What a map contributes to any set.
+
+    Args:
+        score: Its score; None where the map has no value.
+        values: The aggregated value of each controller; None where the map has no value.
+        successes: Successful runs in all trials.
+        runs: Runs in all trials, those that were left out among them.
+        timeouts: Timed-out runs per repeat.
+        spread: By how much its score counts as less extreme.
+    """
+
+    score: float | None
+    values: tuple[float, ...] | None
+    successes: float
+    runs: int
+    timeouts: float
+    spread: float
+
+    @property
+    def success_rate(self) -> float:
+        """Successful runs / all runs."""
+        return self.successes / self.runs
 
 
 @dataclass(frozen=True)

@@ -9,7 +9,7 @@ import numpy as np
 
 from evolution.driving import RunResult, SetResults
 from evolution.search.judging import Fitness, Judgement, MapResults, order_kept
-from evolution.search.validation_stage.trials import trials_of
+from evolution.search.validation_stage.trials import judged_trials
 from evolution.statistics import wilson_interval
 
 MIDDLE = (2.5, 97.5)
@@ -54,7 +54,7 @@ def held_out(results: SetResults, judged: Judgement, fitness: Fitness, seeds: in
         candidates: Number of candidates.
     """
     last = tuple(last_repeats(of_map, seeds) for of_map in results)
-    trials = [fitness(one) for one in trials_of(last)]
+    trials = judged_trials(last, fitness)
     values = [one.fitness for one in trials]
     runs: list[RunResult] = [run for of_map in last for of_controller in of_map for run in of_controller]
     goals = sum(run.success for run in runs)
@@ -82,4 +82,4 @@ def _fitness_par2(results: SetResults, fitness: Fitness) -> float | None:
     penalised = fitness.with_failures("par2")
     if penalised is None or any(len(set(map(len, one))) > 1 for one in results):
         return None
-    return median(penalised(one).fitness for one in trials_of(results))
+    return median(one.fitness for one in judged_trials(results, penalised))

@@ -24,7 +24,7 @@ from evolution.search.judging import (
 )
 from evolution.search.judging.expected_fitness import chances_in_time, cost_of_unreliability, places_of
 from evolution.search.sections import ValidationSettings
-from evolution.search.validation_stage.trials import trials_of
+from evolution.search.validation_stage.trials import judged_trials
 
 Results = Mapping[str, MapResults]
 """Results of maps, by name."""
@@ -53,7 +53,7 @@ def select(maps: Results, fitness: Fitness, size: int, stage: ValidationSettings
     values = _Values(eligible, fitness, stage.reliability)
     short_list = sorted(combinations(eligible, size), key=values.estimate)[:SHORT_LIST]
     best = min(short_list, key=values.of_trials)
-    return tuple(sorted(best, key=lambda name: _place(fitness((solved_trials(maps[name]),)).scores[0])))
+    return tuple(sorted(best, key=lambda name: _place(fitness.judge_map(solved_trials(maps[name])).score)))
 
 
 def preferred(maps: Results, passes: Callable[[MapResults], bool], size: int) -> Results:
@@ -84,8 +84,9 @@ class _Values:
         self.fitness = fitness
         self.reliability = reliability
         self.scores = {name: scores_of(of_map, fitness) for name, of_map in maps.items()}
-        self.solved = {name: solved_trials(of_map) for name, of_map in maps.items()}
-        timed = {name: of_map for name, of_map in self.solved.items() if self.scores[name]}
+        solved = {name: solved_trials(of_map) for name, of_map in maps.items()}
+        self.judged = {name: fitness.judge_map(of_map) for name, of_map in solved.items()}
+        timed = {name: of_map for name, of_map in solved.items() if self.scores[name]}
         self.in_time = chances_in_time(timed, places_of(timed, self.scores), fitness.time_limit)
 
     def estimate(self, names: Names) -> float:
@@ -93,7 +94,7 @@ class _Values:
 
         Maps are taken as independent of each other, and a good trial has the fitness of the set.
         """
-        value = self.fitness(tuple(self.solved[name] for name in names)).fitness
+        value = self.fitness.judge([self.judged[name] for name in names]).fitness
         chance = self._chance_in_time(names)
         chance *= float(np.prod([len(self.scores[name]) / repeats_of(self.maps[name]) for name in names]))
         if self.fitness.kind.ordered:
@@ -126,7 +127,7 @@ def _place(score: float | None) -> float:
 
 def values_of_trials(results: SetResults, fitness: Fitness) -> tuple[list[float], list[bool]]:
     """Return the fitness of each trial, at least 0 where the maps lose their order, and where they keep it."""
-    trials = [fitness(one) for one in trials_of(results)]
+    trials = judged_trials(results, fitness)
     kept = order_kept(trials, fitness(tuple(map(solved_trials, results))).scores, fitness.kind.ordered)
     return values_in_order(trials, kept), kept
 

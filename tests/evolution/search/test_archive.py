@@ -11,7 +11,7 @@ import pytest
 from evolution.driving import Evaluator, JobPlan, RunResult
 from evolution.search.archive import Archive, best_by_exchange
 from evolution.search.budget import runs_in
-from evolution.search.judging import Fitness, JudgingSettings, is_solved, judge_map, repeats_of
+from evolution.search.judging import Fitness, JudgingSettings, is_solved, repeats_of
 from evolution.search.operators.sampling import sample_map_set
 from evolution.search.staging import stages_of
 from tests.evolution.fake_runs import CONTROLLERS, SMALL, WORLD
@@ -171,10 +171,10 @@ def test_a_map_is_judged_again_after_further_runs_and_by_another_fitness():
     digest = next(name for name in archive.solved())
     once = archive.judged(digest, fitness)
     assert archive.judged(digest, fitness) is once
-    assert once == judge_map(archive.results(digest), fitness)
+    assert once == fitness.judge_map(archive.results(digest))
     archive.drive({digest: 4})
     again = archive.judged(digest, fitness)
-    assert again == judge_map(archive.results(digest), fitness) != once
+    assert again == fitness.judge_map(archive.results(digest)) != once
     other = Fitness.of(JudgingSettings(caution=2.0), 150.0)
     assert archive.judged(digest, other).spread == pytest.approx(2 * again.spread)
     assert archive.judged(digest, fitness) == again

@@ -11,7 +11,6 @@ from hypothesis import strategies as st
 
 from evolution.driving import RunResult
 from evolution.search.judging import Fitness, JudgingSettings, scores_of
-from evolution.search.judging.exact import judge_map
 from evolution.search.judging.expected_fitness import (
     Estimate,
     chances_in_time,
@@ -38,7 +37,7 @@ def deviations(**maps):
 
 
 def estimate(time, deviation, success=1.0):
-    judged = judge_map(driven(time), FITNESS)
+    judged = FITNESS.judge_map(driven(time))
     return Estimate(judged.values, judged.score, deviation, success)
 
 

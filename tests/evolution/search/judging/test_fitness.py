@@ -225,7 +225,17 @@ class Lost(Contrast):
         return float("nan")
 
 
+class Endless(Contrast):
+    def score(self, times):
+        return float("inf")
+
+
 HERE = "tests.evolution.search.judging.test_fitness"
+WRONG = (
+    ("Broken", r"ValueError: no idea, test_fitness.py line \d+"),
+    ("Lost", "expected a finite pattern, got nan"),
+    ("Endless", "expected a finite score, got inf"),
+)
 
 
 def test_a_fitness_of_ones_own_gets_scores_and_times():
@@ -242,7 +252,7 @@ def test_a_fitness_may_use_the_former_names_of_its_methods():
 
 
 def test_a_fitness_that_fails_says_so():
-    for name, message in (("Broken", r"ValueError: no idea, test_fitness.py line \d+"), ("Lost", "expected finite")):
+    for name, message in WRONG:
         with pytest.raises(PluginError, match=f"fitness '{HERE}:{name}': {message}"):
             fitness_of(results_of((1.0, 4.0)), fitness=f"{HERE}:{name}")
     with pytest.raises(ConfigError, match="fitness: unknown fitness 'ginni'; did you mean 'gini'"):
