@@ -9,6 +9,7 @@ if no repeat so far had one.
 
 from __future__ import annotations
 
+import math
 from collections.abc import Mapping, Sequence
 from itertools import pairwise
 from statistics import NormalDist, median
@@ -245,10 +246,10 @@ def expected_fitness(
     spreads = [fitness.settings.caution * one.deviation for one in ordered]
     pattern = fitness.pattern_of([one.score for one in ordered], [one.values for one in ordered], spreads)
     value = -gain(fitness.settings, pattern)
-    success = float(np.prod([one.success for one in ordered]))
+    success = math.prod(one.success for one in ordered)
     if value < 0.0:
         chances = [_chance_of_order(*pair) for pair in pairwise(ordered)] if fitness.kind.ordered else []
-        value *= float(np.prod([success, *chances])) ** 2
+        value *= math.prod([success, *chances]) ** 2
     return value + cost_of_unreliability(success, reliability, sum(len(one.values) for one in ordered), fitness)
 
 

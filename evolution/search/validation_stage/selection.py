@@ -88,6 +88,9 @@ class _Values:
         self.judged = {name: fitness.judge_map(of_map) for name, of_map in solved.items()}
         timed = {name: of_map for name, of_map in solved.items() if self.scores[name]}
         self.in_time = chances_in_time(timed, places_of(timed, self.scores), fitness.time_limit)
+        self.solved_share = {name: len(self.scores[name]) / repeats_of(of_map) for name, of_map in maps.items()}
+        self._means = {name: fmean(some) for name, some in self.scores.items() if some}
+        self._chances: dict[tuple[str, str], float] = {}
 
     def estimate(self, names: Names) -> float:
         """Return the value of a set by the chances of order, if it counts, of no failure, and of no timeout.
@@ -96,9 +99,9 @@ class _Values:
         """
         value = self.fitness.judge([self.judged[name] for name in names]).fitness
         chance = self._chance_in_time(names)
-        chance *= float(np.prod([len(self.scores[name]) / repeats_of(self.maps[name]) for name in names]))
+        chance *= math.prod(self.solved_share[name] for name in names)
         if self.fitness.kind.ordered:
-            chance *= chance_of_order([self.scores[name] for name in names])
+            chance *= self._chance_of_order(names)
         return self._value(names, value, chance, chance)
 
     def of_trials(self, names: Names) -> float:
@@ -117,7 +120,18 @@ class _Values:
         return tuple(self.maps[name] for name in names)
 
     def _chance_in_time(self, names: Names) -> float:
-        return float(np.prod([self.in_time.get(name, 1.0) for name in names]))
+        return math.prod(self.in_time.get(name, 1.0) for name in names)
+
+    def _chance_of_order(self, names: Names) -> float:
+        """Return the chance that trials keep the ranks of the mean scores, if maps are independent of each other."""
+        if not all(self.scores[name] for name in names):
+            return 0.0
+        return math.prod(map(self._chance_of_pair, pairwise(sorted(names, key=self._means.__getitem__))))
+
+    def _chance_of_pair(self, pair: tuple[str, str]) -> float:
+        if pair not in self._chances:
+            self._chances[pair] = chance_of_less(*(self.scores[name] for name in pair))
+        return self._chances[pair]
 
 
 def _place(score: float | None) -> float:
@@ -132,13 +146,6 @@ def values_of_trials(results: SetResults, fitness: Fitness) -> tuple[list[float]
     return values_in_order(trials, kept), kept
 
 
-def chance_of_order(scores: Sequence[Sequence[float]]) -> float:
-    """Return the chance that trials keep the ranks of the mean scores, if maps are independent of each other.
-
-    Args:
-        scores: For each map the scores of its repeats.
-    """
-    if not all(len(one) for one in scores):
-        return 0.0
-    ordered = [np.array(one) for one in sorted(scores, key=fmean)]
-    return float(np.prod([(below[:, None] < above[None, :]).mean() for below, above in pairwise(ordered)]))
+def chance_of_less(below: Sequence[float], above: Sequence[float]) -> float:
+    """Return the share of pairs in which a score of one map is less than one of another, of all pairs of repeats."""
+    return float((np.array(below)[:, None] < np.array(above)[None, :]).mean())

@@ -19,7 +19,8 @@ from evolution.search.validation_stage import validate
 from evolution.search.validation_stage.held_out import held_out
 from evolution.search.validation_stage.selection import (
     MAX_SETS,
-    chance_of_order,
+    _Values,
+    chance_of_less,
     few_enough,
     select,
     values_of_trials,
@@ -110,10 +111,15 @@ def test_a_map_that_failed_once_is_out_while_others_suffice():
 
 
 def test_chances_of_order_are_those_of_all_pairs():
-    low, high = np.array([1.0, 2.0, 3.0]), np.array([2.5, 4.0])
+    low, high = [1.0, 2.0, 3.0], [2.5, 4.0]
     by_hand = np.mean([a < b for a, b in product(low, high)])
-    assert chance_of_order([high, low]) == by_hand == pytest.approx(5 / 6)
-    assert chance_of_order([low, np.array([])]) == 0
+    assert chance_of_less(low, high) == by_hand == pytest.approx(5 / 6)
+
+
+def test_a_map_that_every_trial_fails_keeps_no_order():
+    failed = map_with(*[80.0] * 4, outcome="timeout")
+    values = _Values({"a": EQUAL, "b": MIDDLE, "c": APART, "failed": failed}, FITNESS, 0.9)
+    assert values.estimate(("a", "b", "c")) < 0.0 <= values.estimate(("a", "b", "failed"))
 
 
 def test_held_out_fitness_uses_the_last_seeds_alone():
