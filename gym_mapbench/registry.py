@@ -19,7 +19,7 @@ import os
 import sys
 import traceback
 from collections.abc import Callable, Iterable, Iterator, Mapping
-from contextlib import contextmanager
+from contextlib import AbstractContextManager, contextmanager, nullcontext
 from importlib.metadata import EntryPoint, entry_points
 from pathlib import Path
 from typing import Any, Generic, TypeVar
@@ -28,6 +28,9 @@ from gym_mapbench.errors import ConfigError, MapBenchError, PluginError, nearest
 from gym_mapbench.trust import MODULE_ATTRIBUTE, about_to_run
 
 T = TypeVar("T")
+
+NOBODY = nullcontext()
+"""Blames nobody."""
 
 
 def as_it_is(entry: Any) -> Any:
@@ -157,8 +160,7 @@ class Registry(Generic[T]):
     def __getitem__(self, name: str) -> T:
         return self.get(name)
 
-    @contextmanager
-    def blamed(self, name: str) -> Iterator[None]:
+    def blamed(self, name: str) -> AbstractContextManager[None]:
         """Say in one line that a third party's entry failed, why, and in which line of it.
 
         Errors of this project pass as they are, and so does whatever its own entries raise.
@@ -166,13 +168,15 @@ class Registry(Generic[T]):
         Raises:
             PluginError: Instead of whatever else is raised inside.
         """
+        return NOBODY if name in self.built_in else self._blamed(name)
+
+    @contextmanager
+    def _blamed(self, name: str) -> Iterator[None]:
         try:
             yield
         except MapBenchError:
             raise
         except Exception as error:
-            if name in self.built_in:
-                raise
             raise PluginError(f"{self.what} {name!r}: {describe(error)}") from error
 
     def _points(self) -> dict[str, EntryPoint]:

@@ -43,45 +43,115 @@ class Prediction(NamedTuple):
     noise: float
 
 
-class GaussianProcess:
-    """A Gaussian process with given hyperparameters, conditioned on runs.
+class Toward(NamedTuple):
+    """How some maps relate to those that have runs.
 
     Args:
-        genes: Genes of the maps that have runs, shape ``(maps, genes)``.
-        values: The values of the runs of each of these maps.
-        mean: Prior mean.
+        near: Correlation of the function, shape ``(maps, with runs)``.
+        covariance: Covariance of the expected values, ``(maps, with runs)``.
+        explained: Variance of each map's expected value that the runs take away, shape ``(maps,)``.
+    """
+
+    near: Array
+    covariance: Array
+    explained: Array
+
+
+class Evidence:
+    """The runs on some maps, and the covariances of these maps: all of a process that its prior mean does not change.
+
+    Args:
+        genes: Genes of the maps, shape ``(maps, genes)``.
+        values: The values of the runs of each map.
         parameters: Length scales of the genes, and the standard deviations of function, map and run; None for the
             medians of their priors.
 
     Attributes:
         runs: Number of runs on each map.
+        averages: Mean value of the runs on each map.
+        factor: Cholesky factor of the covariance of these mean values.
+        covariance: Covariance of mean and function on these maps.
     """
 
-    def __init__(
-        self, genes: Array, values: Sequence[Sequence[float]], mean: float, parameters: Array | None = None
-    ) -> None:
+    def __init__(self, genes: Array, values: Sequence[Sequence[float]], parameters: Array | None = None) -> None:
+        self.given = values, parameters
         self.genes = genes
-        self.values = values
-        self.mean = mean
+        self.values = [np.array(some) for some in values]
         self.parameters = np.r_[np.full(genes.shape[1], LENGTH), SCALES] if parameters is None else parameters
         self.runs = np.array([float(len(some)) for some in values])
+        self.averages = np.array([float(np.mean(some)) for some in values])
         width = np.ptp(genes, axis=0)
         self._width = np.where(width > 0.0, width, 1.0)
         self._squares = self._squared_distances(genes)
-        self._rest = np.array([float(np.mean(some)) for some in values]) - mean
-        self._factor = self._factor_of(self.parameters)
-        self._weights = cho_solve(self._factor, self._rest)
+        self._answers: dict[bool, tuple[Array, list[int | None], Toward]] = {}
+        self.factor = self.factor_with(self.parameters)
+        self.covariance = _covariance(_correlation(self._squares, self.parameters), self.parameters[-3])
+
+    def is_of(self, genes: Array, values: Sequence[Sequence[float]], parameters: Array | None) -> bool:
+        """Return whether it was made of these."""
+        return parameters is self.given[1] and values == self.given[0] and np.array_equal(genes, self.genes)
+
+    def toward(self, genes: Array, known: Sequence[int | None]) -> Toward:
+        """Return how some maps relate to those that have runs.
+
+        The last answers are kept: for maps of which some have runs, and for maps without.
+
+        Args:
+            genes: Their genes, shape ``(maps, genes)``.
+            known: For each map its number among the maps that have runs; None for another map.
+        """
+        new, numbers = all(number is None for number in known), list(known)
+        kept = self._answers.get(new)
+        if kept is None or kept[1] != numbers or not np.array_equal(kept[0], genes):
+            kept = self._answers[new] = genes, numbers, self._toward(genes, known)
+        return kept[2]
+
+    def _toward(self, genes: Array, known: Sequence[int | None]) -> Toward:
+        near = _correlation(self._squared_distances(genes), self.parameters)
+        covariance = _covariance(near, self.parameters[-3])
+        for row, number in enumerate(known):
+            if number is not None:
+                covariance[row, number] += self.parameters[-2] ** 2
+        return Toward(near, covariance, np.einsum("ij,ji->i", covariance, cho_solve(self.factor, covariance.T)))
+
+    def factor_with(self, parameters: Array) -> tuple[Array, bool]:
+        """Return the Cholesky factor of the covariance of the mean values with some hyperparameters."""
+        function, of_map, noise = parameters[-3:]
+        covariance = _covariance(_correlation(self._squares, parameters), function)
+        covariance[np.diag_indices_from(covariance)] += of_map**2 + noise**2 / self.runs
+        factor, lower = cho_factor(covariance, lower=True)
+        return factor, lower
+
+    def _squared_distances(self, genes: Array) -> Array:
+        """Return the squared differences of some maps' genes from those of the maps that have runs, in ranges."""
+        return ((genes[:, None] - self.genes[None]) / self._width) ** 2
+
+
+class GaussianProcess:
+    """A Gaussian process with given hyperparameters, conditioned on runs.
+
+    Args:
+        evidence: The runs, and the hyperparameters.
+        mean: Prior mean.
+    """
+
+    def __init__(self, evidence: Evidence, mean: float) -> None:
+        self.evidence = evidence
+        self.mean = mean
+        self._rest = evidence.averages - mean
+        self._weights = cho_solve(evidence.factor, self._rest)
         self._residuals = self._squared_residuals()
 
     def fitted(self) -> GaussianProcess:
         """Return the process with more probable hyperparameters; each in turn is changed by the best of few factors."""
-        best, parameters = self._energy(self.parameters), self.parameters
+        own = self.evidence
+        best, parameters = self._energy(own.parameters), own.parameters
         for number in range(len(parameters)):
             trials = [parameters * np.where(np.arange(len(parameters)) == number, step, 1.0) for step in STEPS]
             energies = [self._energy(trial) for trial in trials]
             if min(energies) < best:
                 best, parameters = min(energies), trials[int(np.argmin(energies))]
-        return GaussianProcess(self.genes, self.values, self.mean, parameters)
+        return GaussianProcess(Evidence(own.genes, own.given[0], parameters), self.mean)
 
     def predict(self, genes: Array, known: Sequence[int | None]) -> list[Prediction]:
         """Return the predictions for some maps.
@@ -90,38 +160,18 @@ class GaussianProcess:
             genes: Their genes, shape ``(maps, genes)``.
             known: For each map its number among the maps that have runs; None for another map.
         """
-        function, of_map, noise = self.parameters[-3:]
-        near = self.closeness(genes)
-        covariance = _covariance(near, function)
-        for row, number in enumerate(known):
-            if number is not None:
-                covariance[row, number] += of_map**2
+        function, of_map, noise = self.evidence.parameters[-3:]
+        near, covariance, explained = self.evidence.toward(genes, known)
         means = self.mean + covariance @ self._weights
-        explained = np.einsum("ij,ji->i", covariance, cho_solve(self._factor, covariance.T))
         variances = MEAN_SPREAD**2 + function**2 + of_map**2 - explained
-        noises = (PRIOR_RUNS * (noise**2 + of_map**2) + near @ self._residuals) / (PRIOR_RUNS + near @ self.runs)
+        noises = PRIOR_RUNS * (noise**2 + of_map**2) + near @ self._residuals
+        noises = noises / (PRIOR_RUNS + near @ self.evidence.runs)
         columns = (means, np.sqrt(np.maximum(variances, 0.0)), np.sqrt(noises))
         return [Prediction(*map(float, row)) for row in zip(*columns, strict=True)]
 
-    def closeness(self, genes: Array) -> Array:
-        """Return the correlation of the function between some maps and those that have runs, ``(maps, with runs)``."""
-        return _correlation(self._squared_distances(genes), self.parameters)
-
-    def _squared_distances(self, genes: Array) -> Array:
-        """Return the squared differences of some maps' genes from those of the maps that have runs, in ranges."""
-        return ((genes[:, None] - self.genes[None]) / self._width) ** 2
-
-    def _factor_of(self, parameters: Array) -> tuple[Array, bool]:
-        """Return the Cholesky factor of the covariance of the mean values of the maps that have runs."""
-        function, of_map, noise = parameters[-3:]
-        covariance = _covariance(_correlation(self._squares, parameters), function)
-        covariance[np.diag_indices_from(covariance)] += of_map**2 + noise**2 / self.runs
-        factor, lower = cho_factor(covariance, lower=True)
-        return factor, lower
-
     def _energy(self, parameters: Array) -> float:
         """Return the negative logarithm of the posterior density of hyperparameters, up to a constant."""
-        factor = self._factor_of(parameters)
+        factor = self.evidence.factor_with(parameters)
         prior = (np.log(parameters[:-3] / LENGTH) ** 2).sum() / LENGTH_SPREAD**2
         prior += (np.log(parameters[-3:] / np.array(SCALES)) ** 2).sum() / SCALES_SPREAD**2
         likelihood = 0.5 * self._rest @ cho_solve(factor, self._rest) + np.log(np.diag(factor[0])).sum()
@@ -129,9 +179,8 @@ class GaussianProcess:
 
     def _squared_residuals(self) -> Array:
         """Return for each map that has runs the sum of the squares of its runs' differences from mean and function."""
-        covariance = _covariance(_correlation(self._squares, self.parameters), self.parameters[-3])
-        smooth = self.mean + covariance @ self._weights
-        return np.array([np.square(np.array(some) - one).sum() for some, one in zip(self.values, smooth, strict=True)])
+        smooth = self.mean + self.evidence.covariance @ self._weights
+        return np.array([np.square(some - one).sum() for some, one in zip(self.evidence.values, smooth, strict=True)])
 
 
 def prior_prediction(mean: float) -> Prediction:

@@ -15,7 +15,7 @@ import numpy as np
 from scipy.special import ndtr
 
 from evolution.driving import RunResult
-from evolution.search.gaussian_process import Array, GaussianProcess, Prediction, prior_prediction
+from evolution.search.gaussian_process import Array, Evidence, GaussianProcess, Prediction, prior_prediction
 from evolution.search.judging import Fitness, MapResults
 from evolution.search.judging.expected_fitness import Estimate
 from gym_mapbench.generator import MotifGenes
@@ -100,6 +100,7 @@ class Surrogate:
     def __init__(self) -> None:
         self._points: dict[str, Point | None] = {}
         self._hyperparameters: dict[tuple[Hashable, int], tuple[int, Array]] = {}
+        self._evidence: dict[tuple[Hashable, int], Evidence] = {}
         self._processes: dict[tuple[Hashable, int], GaussianProcess] = {}
         self._numbers: dict[tuple[Hashable, int], dict[str, int]] = {}
         self._counts: dict[str, list[tuple[int, int]]] = {}
@@ -149,28 +150,32 @@ class Surrogate:
                 columns.append(process.predict(genes, [numbers.get(name) for name in points]))
             else:
                 columns.append([prior_prediction(mean)] * len(points))
-        rows = zip(points, zip(*columns, strict=True), self._goals(kind, genes), strict=True)
+        rows = zip(points, zip(*columns, strict=True), self._goals(kind, genes, list(points)), strict=True)
         return {name: Forecast(row, chance) for name, row, chance in rows}
 
-    def _goals(self, kind: Hashable, genes: Array) -> list[float]:
+    def _goals(self, kind: Hashable, genes: Array, names: Sequence[str]) -> list[float]:
         """Return the chance that no run of a trial fails on maps: runs on maps nearby count by their closeness."""
         own = [(process, self._numbers[key]) for key, process in self._processes.items() if key[0] == kind]
         if not own:
             return [(1.0 - FAILURES / RUNS) ** len(self._means)] * len(genes)
-        process, numbers = max(own, key=lambda pair: float(pair[0].runs.sum()))
+        process, numbers = max(own, key=lambda pair: float(pair[0].evidence.runs.sum()))
         counts = np.array([self._counts[name] for name in numbers], dtype=float)
-        failed, runs = np.einsum("ij,jcn->nic", process.closeness(genes), counts)
+        near = process.evidence.toward(genes, [numbers.get(name) for name in names]).near
+        failed, runs = np.einsum("ij,jcn->nic", near, counts)
         return [float(one) for one in np.prod(1.0 - (FAILURES + failed) / (RUNS + runs), axis=1)]
 
     def _condition(self, key: tuple[Hashable, int], values: Mapping[str, Sequence[float]]) -> None:
         """Make the process of a controller on one kind of maps; its hyperparameters are fitted as the maps grow."""
         count, parameters = self._hyperparameters.get(key, (0, None))
         genes = np.array([point.genes for name in values if (point := self._points[name])])
-        process = GaussianProcess(genes, list(values.values()), self._means[key[1]], parameters)
+        runs, evidence = list(values.values()), self._evidence.get(key)
+        if evidence is None or not evidence.is_of(genes, runs, parameters):
+            evidence = Evidence(genes, runs, parameters)
+        process = GaussianProcess(evidence, self._means[key[1]])
         if len(values) >= max(FEWEST, REFIT * count):
             process = process.fitted()
-            self._hyperparameters[key] = (len(values), process.parameters)
-        self._processes[key] = process
+            self._hyperparameters[key] = (len(values), process.evidence.parameters)
+        self._evidence[key], self._processes[key] = process.evidence, process
         self._numbers[key] = {name: number for number, name in enumerate(values)}
 
     def _logarithms(self, results: Mapping[str, MapResults], fitness: Fitness) -> dict[str, list[list[float]]]:

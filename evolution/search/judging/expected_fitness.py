@@ -158,7 +158,7 @@ def chances_of_goals(maps: Mapping[str, MapResults], places: Places) -> dict[str
         for name, of_map in maps.items()
         if repeats_of(of_map) > 1 and all(run.success for runs in of_map for run in runs[:1])
     }
-    others = [places[name] for name in further]
+    others = np.array([places[name] for name in further])
     trials, failed = np.array(list(further.values()), dtype=float).reshape(-1, 2).T
     found = {}
     for name, of_map in maps.items():
@@ -168,9 +168,9 @@ def chances_of_goals(maps: Mapping[str, MapResults], places: Places) -> dict[str
     return found
 
 
-def _nearest(others: Sequence[Place], place: Place, count: int) -> NDArray[np.intp]:
-    """Return the numbers of the places that are nearest to one, the nearest first."""
-    distances = np.abs(np.array(others).reshape(-1, len(place)) - place).sum(axis=1)
+def _nearest(others: NDArray[np.float64], place: Place, count: int) -> NDArray[np.intp]:
+    """Return the numbers of the places, ``(places, 3)`` or none, that are nearest to one, the nearest first."""
+    distances = np.abs(others.reshape(-1, len(place)) - place).sum(axis=1)
     return np.argsort(distances, kind="stable")[:count]
 
 
@@ -187,7 +187,7 @@ def deviations_of(values: OfRepeats, places: Places) -> dict[str, float]:
     known = [name for name, some in values.items() if len(some) > 1]
     freedom = np.array([len(values[name]) - 1 for name in known])
     squares = np.array([np.var(values[name], ddof=1) for name in known]) * freedom
-    others = [places[name] for name in known]
+    others = np.array([places[name] for name in known])
     found = {}
     for name, some in values.items():
         similar = _nearest(others, places[name], SIMILAR)

@@ -11,6 +11,7 @@ from evolution.search.gaussian_process import (
     LENGTH,
     MEAN_SPREAD,
     SCALES,
+    Evidence,
     GaussianProcess,
     prior_prediction,
 )
@@ -51,7 +52,7 @@ def plain(genes, values, at, own=None):
 @given(st.integers(2, 6), st.integers(1, 3), st.integers(0, 1000))
 def test_the_prediction_is_that_of_the_plain_formula(count, runs, seed):
     genes, values = samples(count, runs=runs, seed=seed)
-    process = GaussianProcess(genes, values, MEAN)
+    process = GaussianProcess(Evidence(genes, values), MEAN)
     new, known = process.predict(np.array([[0.3, 0.6], genes[0]]), [None, 0])
     assert (new.mean, new.deviation) == pytest.approx(plain(genes, values, np.array([0.3, 0.6])))
     assert (known.mean, known.deviation) == pytest.approx(plain(genes, values, genes[0], own=0))
@@ -59,21 +60,21 @@ def test_the_prediction_is_that_of_the_plain_formula(count, runs, seed):
 
 def test_runs_of_a_map_say_more_of_this_map_than_of_its_twin():
     genes, values = samples(8)
-    own, twin = GaussianProcess(genes, values, MEAN).predict(genes[[0, 0]], [0, None])
+    own, twin = GaussianProcess(Evidence(genes, values), MEAN).predict(genes[[0, 0]], [0, None])
     assert own.deviation < twin.deviation
     assert abs(own.mean - np.mean(values[0])) < abs(twin.mean - np.mean(values[0]))
 
 
 def test_many_runs_leave_no_doubt_of_a_map():
     genes, values = samples(5, runs=400)
-    for number, one in enumerate(GaussianProcess(genes, values, MEAN).predict(genes, range(5))):
+    for number, one in enumerate(GaussianProcess(Evidence(genes, values), MEAN).predict(genes, range(5))):
         assert one.mean == pytest.approx(np.mean(values[number]), abs=0.01)
         assert one.deviation < 0.03
 
 
 def test_far_from_all_maps_the_prior_is_left():
     genes, values = samples(4)
-    (far,) = GaussianProcess(genes, values, MEAN).predict(np.array([[90.0, 90.0]]), [None])
+    (far,) = GaussianProcess(Evidence(genes, values), MEAN).predict(np.array([[90.0, 90.0]]), [None])
     prior = prior_prediction(MEAN)
     assert far.noise == pytest.approx(np.hypot(SCALES[1], SCALES[2]))
     assert prior.noise == SCALES[2]
@@ -82,9 +83,9 @@ def test_far_from_all_maps_the_prior_is_left():
 
 def test_the_fit_finds_the_gene_that_matters_and_predicts_better():
     genes, values = samples(60, genes=4, relevant=2)
-    first = GaussianProcess(genes, values, MEAN)
+    first = GaussianProcess(Evidence(genes, values), MEAN)
     fitted = first.fitted()
-    lengths = fitted.parameters[:-3]
+    lengths = fitted.evidence.parameters[:-3]
     assert int(np.argmin(lengths)) == 2
     places, truth = samples(200, genes=4, runs=1, seed=1, noise=0.0, relevant=2)
 
@@ -99,13 +100,35 @@ def test_the_noise_is_that_of_the_runs_nearby():
     rng = np.random.default_rng(3)
     genes = np.linspace(0.0, 1.0, 40)[:, None]
     values = [list(MEAN + (0.6 if place < 0.5 else 0.05) * rng.normal(size=4)) for (place,) in genes]
-    loud, quiet = GaussianProcess(genes, values, MEAN).predict(np.array([[0.1], [0.9]]), [None, None])
+    loud, quiet = GaussianProcess(Evidence(genes, values), MEAN).predict(np.array([[0.1], [0.9]]), [None, None])
     assert loud.noise > 1.4 * quiet.noise
 
 
 def test_a_gene_that_all_maps_share_does_no_harm():
     genes, values = samples(12)
     same = np.c_[genes, np.ones(12)]
-    without = GaussianProcess(genes, values, MEAN).fitted().predict(genes, range(12))
-    found = GaussianProcess(same, values, MEAN).fitted().predict(same, range(12))
+    without = GaussianProcess(Evidence(genes, values), MEAN).fitted().predict(genes, range(12))
+    found = GaussianProcess(Evidence(same, values), MEAN).fitted().predict(same, range(12))
     np.testing.assert_allclose(np.array(found), np.array(without))
+
+
+def test_evidence_gives_what_new_evidence_gives_whatever_it_was_asked_before():
+    genes, values = samples(9)
+    new = np.array([[0.3, 0.6], [0.1, 0.9]])
+    kept = Evidence(genes, values)
+    process = GaussianProcess(kept, MEAN)
+    process.predict(genes, range(9))
+    for at, known in ((new, [None, None]), (genes, [None] * 9), (genes, range(9)), (genes[:2], [0, 1]), (new, [0, 1])):
+        for mean in (MEAN, 2.0):
+            found = GaussianProcess(kept, mean).predict(at, known)
+            assert found == GaussianProcess(Evidence(genes, values), mean).predict(at, known)
+
+
+def test_evidence_is_of_its_runs_alone():
+    genes, values = samples(4)
+    evidence = Evidence(genes, values)
+    assert evidence.is_of(genes.copy(), [list(some) for some in values], None)
+    assert not evidence.is_of(genes, [*values[:3], [*values[3], MEAN]], None)
+    assert not evidence.is_of(genes, [*values[:3], [MEAN, MEAN]], None)
+    assert not evidence.is_of(genes + 0.1, values, None)
+    assert not evidence.is_of(genes, values, evidence.parameters)
