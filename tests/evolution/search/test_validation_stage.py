@@ -8,11 +8,13 @@ from itertools import combinations, product
 
 import numpy as np
 import pytest
+from hypothesis import given
+from hypothesis import strategies as st
 
 from evolution.driving import RunResult
 from evolution.search.budget import Budget
 from evolution.search.expectations import Expectations
-from evolution.search.judging import Fitness, singles_of
+from evolution.search.judging import Fitness, JudgingSettings, singles_of
 from evolution.search.sections import ValidationSettings
 from evolution.search.settings import EvolveSettings
 from evolution.search.validation_stage import validate
@@ -25,7 +27,7 @@ from evolution.search.validation_stage.selection import (
     select,
     values_of_trials,
 )
-from evolution.search.validation_stage.trials import trials_of
+from evolution.search.validation_stage.trials import judged_trials, trials_of
 from gym_mapbench.errors import ConfigError
 from tests.evolution.search.test_archive import answer, archive_of, sets_of
 
@@ -148,6 +150,23 @@ def test_trials_are_all_combinations_up_to_a_limit(maps, repeats, count):
     trials = trials_of(results)
     assert len(trials) == len(set(map(repr, trials))) == count
     assert all(one[0] in singles_of(results[0]) for one in trials)
+
+
+TIMES = st.sampled_from([20.0, 22.5, 30.0, 41.0, 96.0])
+SLOWEST = st.lists(st.tuples(TIMES, st.sampled_from(["goal", "goal", "goal", "timeout"])), min_size=1, max_size=6)
+
+
+def unsteady(runs):
+    """A map on which two controllers always take 20 s, and the third has these times and outcomes."""
+    steady = tuple(RunResult("goal", 20.0, 1.0) for _ in runs)
+    return steady, steady, tuple(RunResult(outcome, time, 1.0) for time, outcome in runs)
+
+
+@given(st.lists(SLOWEST, min_size=2, max_size=4), st.sampled_from(["exclude", "par2"]), st.sampled_from([0.0, 0.5]))
+def test_trials_are_judged_as_sets_of_their_own(maps, failures, caution):
+    fitness = Fitness.of(JudgingSettings(failures=failures, caution=caution), 150.0)
+    results = tuple(map(unsteady, maps))
+    assert judged_trials(results, fitness) == [fitness(one) for one in trials_of(results)]
 
 
 def fastest(place, others):
