@@ -20,6 +20,8 @@ CLOSE = 0.5
 EQUAL = 1.2
 """Largest ratio of two times at which two controllers count as equally fast."""
 BOOTSTRAP_SEED = 0
+RESAMPLES = 10_000
+"""Pairs of resampled re-evaluations of a set."""
 OF_REPEATS = ("aggregate", "cluster_scale")
 """Options that do not change the fitness of one trial; the cluster scale of the results is compared instead."""
 
@@ -28,6 +30,8 @@ def reported_fitness_rows(results: StudyResults) -> list[Row]:
     """Return a row for every configuration with re-evaluated runs.
 
     ``mean_trial`` is the median over the runs of the mean held-out trial (:attr:`Reevaluation.mean_trial`).
+    ``within_half`` is the share of runs whose reported and held-out fitness differ by 0.5 at most, and
+    ``within_half_repeated`` that of two re-evaluations of the same set (:func:`repeatability`).
     ``a12`` is the fraction of pairs of runs in which this configuration has the better held-out fitness than the
     configuration ``against``: the first one with the same fitness of a trial and the same world. Ties count half.
     ``p_holm`` is the p-value of the Mann-Whitney test of the two, with Holm's correction over all tested rows.
@@ -63,6 +67,9 @@ def _row(name: str, runs: Sequence[StudyRun], reference: Sequence[StudyRun]) -> 
             "mean_trial": float(np.median([one.mean_trial for one in reevaluations])),
             "absolute_error": float(np.median(np.abs(held_out - reported))),
             "within_half": float(np.mean(np.abs(held_out - reported) <= CLOSE)),
+            "within_half_repeated": fmean(
+                repeatability([one.fitness for one in again.trials]) for again in reevaluations
+            ),
             "held_out_success_rate": fmean(one.success_rate for one in reevaluations),
             "rank_agreement": fmean(agreement_over_all(run) for run in runs),
             "roles": fmean(fills_roles(one.results) for one in reevaluations),
@@ -71,6 +78,20 @@ def _row(name: str, runs: Sequence[StudyRun], reference: Sequence[StudyRun]) -> 
             "p_holm": pairwise_mann_whitney({"a": held_out, "b": others}, [("a", "b")])[0].p_value if tested else None,
         }
     )
+
+
+def repeatability(trials: Sequence[float]) -> float:
+    """Return the share of pairs of re-evaluations of a set whose fitness differs by 0.5 at most.
+
+    Both are resampled from the trials of the set, with as many seeds. A search whose report has no selection bias, and
+    as many seeds, would be as near to the held-out fitness as that.
+
+    Args:
+        trials: The fitness of each held-out trial.
+    """
+    rng = np.random.default_rng(BOOTSTRAP_SEED)
+    first, second = np.median(rng.choice(np.array(trials), (2, RESAMPLES, len(trials))), axis=-1)
+    return float(np.mean(np.abs(first - second) <= CLOSE))
 
 
 def _held_out(run: StudyRun) -> float:

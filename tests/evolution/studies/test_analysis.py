@@ -18,7 +18,7 @@ from evolution.studies import Configuration, StudyResults, StudyRun, StudySettin
 from evolution.studies.analysis.comparisons import analyse, compare
 from evolution.studies.analysis.held_out import conditions, held_out_rows, rank_agreement, selected_sets
 from evolution.studies.analysis.judges import judges_of, name_of
-from evolution.studies.analysis.reported_fitness import reported_fitness_rows
+from evolution.studies.analysis.reported_fitness import repeatability, reported_fitness_rows
 from evolution.studies.analysis.tables import map_rows, pair_rows, rank_rows, summary_rows, test_rows, write_tables
 from evolution.studies.analysis.verdict import verdict_of
 from gym_mapbench.errors import ConfigError
@@ -562,3 +562,10 @@ def test_a_study_is_a_data_frame_where_pandas_is_there(study_path):
     pytest.importorskip("pandas")
     frame = load_results(study_path).to_pandas()
     assert frame.groupby("configuration")["fitness"].count().to_dict() == dict.fromkeys(frame["configuration"], 2)
+
+
+def test_two_re_evaluations_of_an_unsteady_set_are_not_near_each_other():
+    assert repeatability([-4.0] * 20) == 1.0
+    assert repeatability([-4.0, -4.4] * 10) == 1.0
+    assert 0.3 < repeatability([-2.0, -6.0] * 10) < 0.6
+    assert repeatability([-2.0, -6.0]) == pytest.approx(0.375, abs=0.02)  # by hand: (1/4)^2 + (1/2)^2 + (1/4)^2
