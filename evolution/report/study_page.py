@@ -186,9 +186,9 @@ def _tables(analysis: StudyAnalysis, best_sets: Sequence[BestSet]) -> list[Table
             "runs. A mean trial is the mean fitness of the held-out trials of a set, of which one that loses the ranks "
             "counts as 0 or its penalty. Two re-evaluations of the same set, resampled from its held-out seeds, differ "
             "by 0.5 at most in the next share, which is what a report without selection bias can reach. Rank agreement "
-            "counts over all held-out trials. All roles are filled if on one map all controllers are within a factor of 1.2, on another two groups are "
-            "further apart than that, and so on. A12 and p (corrected by Holm over these rows) compare with the first "
-            "configuration of the same fitness, navigation and held-out noise."
+            "counts over all held-out trials. All roles are filled if on one map all controllers are within a factor "
+            "of 1.2, on another two groups are further apart than that, and so on. A12 and p (corrected by Holm over "
+            "these rows) compare with the first configuration of the same fitness, navigation and held-out noise."
         )
         tables.append(table_of("Reported and held-out fitness", REPORTED, rows, note))
     tables += [table for best in best_sets if best.run.reevaluation is not None for table in _best_set_tables(best.run)]
