@@ -25,6 +25,7 @@ from evolution.pictures import (
 from evolution.runs import load_run, results_in
 from evolution.search import gini
 from evolution.search.judging import MapResults, singles_of
+from evolution.statistics import bootstrap_interval
 from gym_mapbench.costmap import build_static_costmap, inflation_costs
 from gym_mapbench.env.config import EnvConfig
 from gym_mapbench.env.render import SeenCostmap, Snapshot, draw
@@ -60,7 +61,10 @@ EVOLVE_MEASURES = {
     "held_out_fitness": "held-out fitness (lower is better)",
     "mean_trial": "mean held-out trial (lower is better)",
 }
-"""Measures of the sets of the study ``evolve``, by column of the CSV file, with the labels of the x axis."""
+"""Measures of the sets of the study ``evolve``, by column of the CSV file, with the labels of their axis."""
+BUDGETS = {1000: "", 3000: "_3000"}
+"""Runs of a search of wide families, and how its name in the study ``evolve`` ends."""
+METHODS = {"random_wide": "random sampling", "ours_wide": "offspring of the archive"}
 
 
 def _office() -> Scenario:
@@ -234,10 +238,42 @@ def heldout() -> Any:
     return figure
 
 
+def _evolve_rows() -> list[dict[str, str]]:
+    """Return the sets of the study ``evolve``."""
+    return list(csv.DictReader((ROOT / "docs" / "concepts" / "evolve.csv").read_text(encoding="utf-8").splitlines()))
+
+
+def budgets() -> Any:
+    """Draw two measures of the sets of wide families by the runs of a search: medians with intervals, and each set."""
+    rows = _evolve_rows()
+    figure, panels = new_figure(len(EVOLVE_MEASURES), width=9.0, height=3.8)
+    for axes, (measure, label) in zip(panels, EVOLVE_MEASURES.items(), strict=True):
+        for side, (name, method), own in zip((-0.06, 0.06), METHODS.items(), "ab", strict=True):
+            colour = colour_of("ab", own)
+            found = {
+                runs: [float(row[measure]) for row in rows if row["search"] == name + ending]
+                for runs, ending in BUDGETS.items()
+            }
+            places = [runs * (1.0 + side) for runs in found]
+            middles = [float(np.median(values)) for values in found.values()]
+            ends = [bootstrap_interval(values, np.random.default_rng(0), np.median) for values in found.values()]
+            away = np.abs(np.transpose(ends) - middles)
+            axes.errorbar(places, middles, away, fmt="D-", color=colour, capsize=3, label=method)
+            for place, values in zip(places, found.values(), strict=True):
+                axes.plot([place] * len(values), values, ".", color=colour, alpha=0.35, markersize=4)
+        axes.set_xscale("log")
+        axes.set_xticks(list(BUDGETS), [str(runs) for runs in BUDGETS])
+        axes.minorticks_off()
+        axes.set_xlabel("runs of a search")
+        axes.set_ylabel(label)
+        axes.grid(axis="y", alpha=0.3)
+    panels[0].legend(loc="upper center", frameon=False, fontsize=8)
+    return figure
+
+
 def evolve() -> Any:
     """Draw two measures of the sets of the study ``evolve``, by families: one line for each seed."""
-    text = (ROOT / "docs" / "concepts" / "evolve.csv").read_text(encoding="utf-8")
-    rows = list(csv.DictReader(text.splitlines()))
+    rows = _evolve_rows()
     figure, panels = new_figure(len(EVOLVE_PANELS), width=12.0, height=4.4, sharey=True, rows=len(EVOLVE_MEASURES))
     for of_measure, (measure, label) in zip(panels, EVOLVE_MEASURES.items(), strict=True):
         for axes, names in zip(of_measure, EVOLVE_PANELS.values(), strict=True):
@@ -303,6 +339,7 @@ PICTURES: dict[str, Callable[[], Any]] = {
     "validation": validation,
     "heldout": heldout,
     "evolve": evolve,
+    "budgets": budgets,
     "metrics": metrics,
     "set_lorenz": lambda: solved_lorenz_figure(load_run(KEPT / "quick").best_results["maps"]),
 }
