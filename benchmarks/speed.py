@@ -28,9 +28,11 @@ from controllers.mppi.params import MppiParams
 from controllers.nav2_params import NavigationParams, load_preset
 from controllers.rpp.controller import RppFollower
 from controllers.rpp.params import RppParams
-from evolution.driving import calibration_loop, run_job
+from evolution.driving import RunResult, calibration_loop, run_job
 from evolution.search import experiment_of
 from evolution.search import load_preset as load_search
+from evolution.search.sections import ValidationSettings
+from evolution.search.validation_stage.selection import select
 from gym_mapbench.costmap import Costmap, LaserScan, LayeredCostmap, build_static_costmap
 from gym_mapbench.env.config import EnvConfig
 from gym_mapbench.env.single import MapBenchEnv
@@ -201,6 +203,23 @@ def run_timings(scenario: Scenario) -> Iterator[Timing]:
         yield replace(timing, seconds=timing.seconds / steps)
 
 
+def selection_timings(candidates: int = 50, repeats: int = 12) -> Iterator[Timing]:
+    """The selection of the validation stage among the candidates of a search of 3000 runs, on which one is slow."""
+    experiment, rng = experiment_of(load_search("robust")), np.random.default_rng(0)
+    counts = {"n_contacts": 0, "n_recoveries": 0}
+
+    def runs(seconds: float, share: float) -> tuple[RunResult, ...]:
+        times = seconds * (1.0 + share * rng.normal(size=repeats))
+        return tuple(RunResult("goal", float(time_s), 8.0, metrics=counts) for time_s in times)
+
+    maps = {
+        f"map_{number}": (runs(20.0, 0.02), runs(20.0 + float(rng.exponential(25.0)), 0.15), runs(21.0, 0.02))
+        for number in range(candidates)
+    }
+    call = partial(select, maps, experiment.fitness, experiment.search.maps_per_set, ValidationSettings())
+    yield measure(f"select a set among {candidates} maps", call, 5)
+
+
 def random_steps(scenario: Scenario, beams: int) -> Timing:
     """One env step with random actions, which soon lead to a wall and along it."""
     env = endless(scenario, beams)
@@ -280,6 +299,7 @@ def main() -> None:
         *world_timings(scenario),
         *generator_timings(),
         *run_timings(scenario),
+        *selection_timings(),
     ):
         print(timing.line(), flush=True)
 

@@ -30,7 +30,7 @@ Results = Mapping[str, MapResults]
 """Results of maps, by name."""
 
 MAX_SETS = 100_000
-"""Most sets that are judged; each takes some tenths of a millisecond."""
+"""Most sets that are judged; each takes some hundredths of a millisecond."""
 SHORT_LIST = 40
 """Sets whose trials are judged: those that are best by the chances of single maps."""
 
