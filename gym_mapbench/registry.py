@@ -29,8 +29,8 @@ from gym_mapbench.trust import MODULE_ATTRIBUTE, about_to_run
 
 T = TypeVar("T")
 
-NOBODY = nullcontext()
-"""Blames nobody."""
+UNBLAMED = nullcontext()
+"""Where the entry is the project's own."""
 
 
 def as_it_is(entry: Any) -> Any:
@@ -168,7 +168,7 @@ class Registry(Generic[T]):
         Raises:
             PluginError: Instead of whatever else is raised inside.
         """
-        return NOBODY if name in self.built_in else self._blamed(name)
+        return UNBLAMED if name in self.built_in else self._blamed(name)
 
     @contextmanager
     def _blamed(self, name: str) -> Iterator[None]:

@@ -65,6 +65,7 @@ EVOLVE_MEASURES = {
 BUDGETS = {1000: "", 3000: "_3000"}
 """Runs of a search of wide families, and how its name in the study ``evolve`` ends."""
 METHODS = {"random_wide": "random sampling", "ours_wide": "offspring of the archive"}
+"""The searches of wide families, without the ending for their runs, and their labels."""
 
 
 def _office() -> Scenario:

@@ -74,7 +74,7 @@ class Evidence:
     """
 
     def __init__(self, genes: Array, values: Sequence[Sequence[float]], parameters: Array | None = None) -> None:
-        self.given = values, parameters
+        self._given = values, parameters
         self.genes = genes
         self.values = [np.array(some) for some in values]
         self.parameters = np.r_[np.full(genes.shape[1], LENGTH), SCALES] if parameters is None else parameters
@@ -84,12 +84,16 @@ class Evidence:
         self._width = np.where(width > 0.0, width, 1.0)
         self._squares = self._squared_distances(genes)
         self._answers: dict[bool, tuple[Array, list[int | None], Toward]] = {}
-        self.factor = self.factor_with(self.parameters)
-        self.covariance = _covariance(_correlation(self._squares, self.parameters), self.parameters[-3])
+        self.covariance = self._covariance_with(self.parameters)
+        self.factor = self._factor_of(self.covariance, self.parameters)
 
     def is_of(self, genes: Array, values: Sequence[Sequence[float]], parameters: Array | None) -> bool:
-        """Return whether it was made of these."""
-        return parameters is self.given[1] and values == self.given[0] and np.array_equal(genes, self.genes)
+        """Return whether it was made of these genes and values, and of this very array of parameters."""
+        return parameters is self._given[1] and values == self._given[0] and np.array_equal(genes, self.genes)
+
+    def with_parameters(self, parameters: Array) -> Evidence:
+        """Return the same runs with other hyperparameters."""
+        return Evidence(self.genes, self._given[0], parameters)
 
     def toward(self, genes: Array, known: Sequence[int | None]) -> Toward:
         """Return how some maps relate to those that have runs.
@@ -115,11 +119,16 @@ class Evidence:
         return Toward(near, covariance, np.einsum("ij,ji->i", covariance, cho_solve(self.factor, covariance.T)))
 
     def factor_with(self, parameters: Array) -> tuple[Array, bool]:
-        """Return the Cholesky factor of the covariance of the mean values with some hyperparameters."""
-        function, of_map, noise = parameters[-3:]
-        covariance = _covariance(_correlation(self._squares, parameters), function)
-        covariance[np.diag_indices_from(covariance)] += of_map**2 + noise**2 / self.runs
-        factor, lower = cho_factor(covariance, lower=True)
+        """Return :attr:`factor` with other hyperparameters."""
+        return self._factor_of(self._covariance_with(parameters), parameters)
+
+    def _covariance_with(self, parameters: Array) -> Array:
+        return _covariance(_correlation(self._squares, parameters), parameters[-3])
+
+    def _factor_of(self, covariance: Array, parameters: Array) -> tuple[Array, bool]:
+        """Add the variances of map and run to a covariance of mean and function, and return the Cholesky factor."""
+        whole = covariance + np.diag(parameters[-2] ** 2 + parameters[-1] ** 2 / self.runs)
+        factor, lower = cho_factor(whole, lower=True)
         return factor, lower
 
     def _squared_distances(self, genes: Array) -> Array:
@@ -151,7 +160,7 @@ class GaussianProcess:
             energies = [self._energy(trial) for trial in trials]
             if min(energies) < best:
                 best, parameters = min(energies), trials[int(np.argmin(energies))]
-        return GaussianProcess(Evidence(own.genes, own.given[0], parameters), self.mean)
+        return GaussianProcess(own.with_parameters(parameters), self.mean)
 
     def predict(self, genes: Array, known: Sequence[int | None]) -> list[Prediction]:
         """Return the predictions for some maps.

@@ -95,6 +95,22 @@ def test_a_new_map_is_predicted_by_the_runs_on_others():
     assert correlation(predicted, [slow_time(one) for one in new.values()]) > 0.8
 
 
+def test_what_is_kept_changes_no_forecast():
+    """Too few maps for a fit of hyperparameters, which looks at how many maps there were before."""
+    expectations = expectations_of()
+    scenarios, results = expectations.archive.scenarios, expectations.archive.all_results()
+    names, new = list(results)[:9], scenarios_of(4, seed=7)
+    before = {name: tuple(runs[:1] for runs in results[name]) for name in names[:6]}
+    kept, anew = Surrogate(), Surrogate()
+    kept.update(scenarios, before, FITNESS)
+    kept.forecasts(new)
+    kept.forecasts({name: scenarios[name] for name in before})
+    for surrogate in (kept, anew):
+        surrogate.update(scenarios, {name: results[name] for name in names}, FITNESS)
+    for asked in (new, {name: scenarios[name] for name in names}):
+        assert kept.forecasts(asked) == anew.forecasts(asked)
+
+
 def test_failures_nearby_make_a_map_less_likely_to_succeed():
     def fails(job):
         run = answer(job)

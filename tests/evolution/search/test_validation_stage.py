@@ -118,6 +118,14 @@ def test_chances_of_order_are_those_of_all_pairs():
     assert chance_of_less(low, high) == by_hand == pytest.approx(5 / 6)
 
 
+def test_a_set_keeps_its_order_where_all_neighbours_do():
+    near, far = map_with(*[28.0, 31.0] * 4), map_with(*[29.0, 44.0] * 4)
+    values = _Values({"far": far, "equal": EQUAL, "near": near}, FITNESS, 0.9)
+    low, middle, high = (values.scores[name] for name in ("equal", "near", "far"))
+    by_hand = np.mean([a < b for a, b in product(low, middle)]) * np.mean([a < b for a, b in product(middle, high)])
+    assert values._chance_of_order(("far", "equal", "near")) == by_hand == 0.75
+
+
 def test_a_map_that_every_trial_fails_keeps_no_order():
     failed = map_with(*[80.0] * 4, outcome="timeout")
     values = _Values({"a": EQUAL, "b": MIDDLE, "c": APART, "failed": failed}, FITNESS, 0.9)
