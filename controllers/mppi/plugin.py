@@ -15,6 +15,8 @@ from gym_mapbench.ros_params import Keys, Section, in_every_release
 
 LARGEST_SHARE = 0.6
 """Largest ``threshold_to_consider``, as a share of ``prune_distance``, that leaves PathFollowCritic on in bends."""
+LEAST_DEVIATION = 0.25
+"""Least ``vx_std`` (m/s) with which enough samples turn into an oblique gap (``docs/howto/slow.md``)."""
 VALIDATOR = "mppi::DefaultOptimalTrajectoryValidator"
 """The trajectory validator of Lyrical that is built here."""
 OLD_CRITICS: Mapping[Release, Mapping[str, str]] = {"humble": {"PathAlignLegacyCritic": "PathAlignCritic"}}
@@ -104,8 +106,16 @@ def limits(params: Mapping[str, Any]) -> Limits:
 
 
 def advice(params: Mapping[str, Any]) -> str:
+    """Say that PathFollowCritic may be off, which only Humble's can be, or that samples are narrow.
+
+    Humble gets one advice, because both changes together lead to contacts (``docs/howto/slow.md``).
+    """
+    return _of_critic(params) if params["release"] == "humble" else _of_samples(params)
+
+
+def _of_critic(params: Mapping[str, Any]) -> str:
     """Say that PathFollowCritic may be off; Humble takes the end of the local path for the goal."""
-    if params["release"] != "humble" or "PathFollowCritic" not in params["critics"]:
+    if "PathFollowCritic" not in params["critics"]:
         return ""
     critic, ahead = params["PathFollowCritic"], params["prune_distance"]
     off = critic["threshold_to_consider"]
@@ -115,6 +125,16 @@ def advice(params: Mapping[str, Any]) -> str:
         f"PathFollowCritic.threshold_to_consider {off:g}, prune_distance {ahead:g}: where the path winds, the end of "
         "the local path is nearer than the threshold, the critic is off, and MPPI gets slow; a threshold of at most "
         f"{LARGEST_SHARE:g} times prune_distance helps"
+    )
+
+
+def _of_samples(params: Mapping[str, Any]) -> str:
+    """Say that few samples turn into a gap that the path crosses obliquely."""
+    if (deviation := params["vx_std"]) >= LEAST_DEVIATION:
+        return ""
+    return (
+        f"vx_std {deviation:g}: where the path crosses a gap obliquely, few samples turn into it, and MPPI gets slow; "
+        "0.3 helps, and passes walls a little more closely"
     )
 
 
