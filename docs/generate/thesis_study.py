@@ -1,7 +1,7 @@
 """The study of the thesis and its repetition, side by side: what is kept of studies, and tables and pictures of it.
 
-``python -m docs.generate.thesis_study runs/study``, from the root of the project, adds the searches of a study directory
-to the kept ones, so that a study of days can be run in parts.
+``python -m docs.generate.thesis_study runs/study``, from the root of the project, adds the searches of a study
+directory to the kept ones, so that a study of days can be run in parts.
 """
 
 from __future__ import annotations
@@ -33,6 +33,12 @@ COLUMNS = {
 """The kept tables, by file, with their columns besides configuration and seed."""
 THESIS_SIZES = {"gini_20": (-8.57, 1.20, -8.54), "gini_40": (-8.77, 0.85, -8.64), "gini_60": (-8.59, 1.39, -8.69)}
 """Mean, standard deviation and median of the fitness of 24 searches (thesis, Table 5.2), by configuration."""
+THESIS_LEAST = {
+    "dwb": (9.15, 8.0, 8.4, 7.65, 7.55, 13.83),
+    "mppi": (5.95, 6.5, 7.19, 7.48, 6.05, 5.83),
+    "rpp": (4.66, 5.23, 5.46, 5.63, 4.54, 4.59),
+}
+"""Least times of ten runs on the maps of both best sets, s (thesis, Tables 5.3 and 5.4), by controller."""
 LABELS = {
     "gini_20": "population 20",
     "gini_40": "population 40",
@@ -95,6 +101,21 @@ def thesis_times(configuration: str) -> str:
     return table(heads, [[name, *cells] for name, cells in maps.items()]) + (
         f"\n\n*Seed {seed}, reported fitness {found[seed]:.2f}; held-out seeds with nominal noise.*"
     )
+
+
+def thesis_speeds() -> str:
+    """Return the least times of ten runs on the maps of best sets, and their ratio to RPP's, there and here."""
+    ours: dict[str, list[float]] = {}
+    for row in kept("times"):
+        if row["goals"] and row["configuration"] in LABELS:
+            ours.setdefault(row["controller"], []).append(row["min_s"])
+    rows = []
+    for name, theirs in THESIS_LEAST.items():
+        both = ((theirs, THESIS_LEAST["rpp"]), (ours[name], ours["rpp"]))
+        cells = [(f"{median(times):.1f}", f"{median(times) / median(rpp):.2f}") for times, rpp in both]
+        rows.append([name.upper(), *(cell for pair in cells for cell in pair), str(len(ours[name]))])
+    heads = ("thesis: least time, s", "ratio to RPP", "here: least time, s", "ratio to RPP", "maps here")
+    return table(["", *heads], rows) + "\n\n*Medians over maps of the least time of ten runs.*"
 
 
 def sizes_figure() -> Any:
