@@ -10,3 +10,6 @@ from hypothesis import settings
 # every time, so that a change is judged by itself; everybody else keeps looking for new ones.
 settings.register_profile("mapbench", deadline=None, derandomize="CI" in os.environ)
 settings.load_profile("mapbench")
+
+# Commands and examples run in processes of their own. Without bytecode files, each of them compiles 700 modules.
+os.environ.pop("PYTHONDONTWRITEBYTECODE", None)
