@@ -17,12 +17,13 @@ import subprocess
 from concurrent.futures import Executor, Future
 from contextlib import chdir
 from statistics import median
+from types import SimpleNamespace
 
 import pytest
 import yaml
 from PIL import Image
 
-from docs.generate import gallery, options
+from docs.generate import gallery, options, thesis_study, thesis_tables
 from docs.generate.commands import command_reference
 from docs.generate.docstrings import arguments, block_of, plain
 from docs.generate.gallery import KEPT
@@ -34,6 +35,7 @@ from evolution.commands import COMMANDS
 from evolution.commands.catalogue import KINDS
 from evolution.driving import EXECUTORS
 from evolution.runs import load_run
+from evolution.search.judging.patterns.gini import gini, gini_fitness
 from gym_mapbench.mapio.formats import FORMATS
 from gym_mapbench.metrics import METRICS
 from tests.test_documents import ROOT, blocks_of, name_of
@@ -250,6 +252,49 @@ def test_a_run_is_kept(tmp_path, monkeypatch):
     source = next(KEPT.iterdir())
     gallery.keep(source, "again")
     assert load_run(tmp_path / "again").best == load_run(source).best
+
+
+def searches(name, fitness):
+    """Results of a study with one configuration."""
+    runs = [{"configuration": name, "seed": seed, "fitness": value, "extra": 1} for seed, value in fitness.items()]
+    return [dict.fromkeys(thesis_study.COLUMNS["runs"], 0.5) | row for row in runs]
+
+
+def test_parts_of_the_thesis_study_add_up(tmp_path, monkeypatch):
+    parts = iter(
+        [searches("gini_20", {1: -4.0, 0: -5.0}), searches("gini_40", {0: -6.0}), searches("gini_20", {1: -7.0})]
+    )
+    monkeypatch.setattr(thesis_study, "KEPT", tmp_path)
+    monkeypatch.setattr(
+        thesis_study,
+        "load_results",
+        lambda study: SimpleNamespace(
+            by_configuration={}, runs=[], rows=lambda table="runs": next(parts) if table == "runs" else []
+        ),
+    )
+    for _ in range(3):
+        thesis_study.keep(tmp_path)
+    found = [(row["configuration"], row["seed"], row["fitness"]) for row in thesis_study.kept("runs")]
+    assert found == [("gini_20", 0, -5.0), ("gini_20", 1, -7.0), ("gini_40", 0, -6.0)]
+    assert "extra" not in thesis_study.kept("runs")[0]
+
+
+@pytest.mark.parametrize(("place", "fitness"), [(0, "-8.03"), (1, "-1.15")], ids=["mean times", "least times"])
+def test_the_fitness_of_the_thesis_set_is_that_of_its_table(place, fitness):
+    """Worked example: the Gini coefficients of Table 5.3's mean times are 0.444, 0.116 and 0.028."""
+    ginis = [
+        gini([of_controller[place] for of_controller in of_map]) for of_map in thesis_tables.THESIS_TIMES["gini_40"]
+    ]
+    assert f"{-20 * gini_fitness(ginis):.2f}" == fitness
+    assert fitness in (ROOT / "docs/concepts/thesis.md").read_text(encoding="utf-8")
+
+
+def test_the_thesis_page_counts_every_kept_search():
+    runs = thesis_study.kept("runs")
+    for line, name in zip(thesis_tables.thesis_sizes().splitlines()[2:5], thesis_tables.THESIS_SIZES, strict=True):
+        cells = [cell.strip() for cell in line.strip("|").split("|")]
+        values = [row["fitness"] for row in runs if row["configuration"] == name]
+        assert cells[4:6] == [str(len(values)), f"{sum(values) / len(values):.2f}"]
 
 
 def test_docstrings_are_read():

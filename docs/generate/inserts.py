@@ -24,6 +24,7 @@ from docs.generate.options import (
     option_reference,
     planner_reference,
 )
+from docs.generate.thesis_tables import thesis_sizes, thesis_speeds, thesis_times
 
 LINE = re.compile(r"^<!-- insert (\w+)((?: [\w.-]+)*) -->$", re.MULTILINE)
 
@@ -42,6 +43,9 @@ INSERTS: dict[str, Callable[..., str]] = {
     "motif_genes": motif_genes,
     "kept_times": kept_times,
     "face": face,
+    "thesis_sizes": thesis_sizes,
+    "thesis_times": thesis_times,
+    "thesis_speeds": thesis_speeds,
 }
 """The functions by name; each takes the arguments of the line, and returns Markdown."""
 

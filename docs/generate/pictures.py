@@ -13,6 +13,7 @@ from scipy.stats import spearmanr
 
 from controllers.nav2_params import NavigationParams, load_preset
 from docs.generate.gallery import KEPT
+from docs.generate.thesis_figures import cluster_figure, sizes_figure
 from evolution.driving import ControllerSpec, DriveSettings, Job, JobPlan, drive
 from evolution.pictures import (
     colour_of,
@@ -62,7 +63,7 @@ EVOLVE_MEASURES = {
     "mean_trial": "mean held-out trial (lower is better)",
 }
 """Measures of the sets of the study ``evolve``, by column of the CSV file, with the labels of their axis."""
-BUDGETS = {1000: "", 3000: "_3000"}
+BUDGETS = {300: "_300", 1000: "", 3000: "_3000"}
 """Runs of a search of wide families, and how its name in the study ``evolve`` ends."""
 METHODS = {"random_wide": "random sampling", "ours_wide": "offspring of the archive"}
 """The searches of wide families, without the ending for their runs, and their labels."""
@@ -342,6 +343,8 @@ PICTURES: dict[str, Callable[[], Any]] = {
     "evolve": evolve,
     "budgets": budgets,
     "metrics": metrics,
+    "thesis_sizes": sizes_figure,
+    "thesis_cluster": cluster_figure,
     "set_lorenz": lambda: solved_lorenz_figure(load_run(KEPT / "quick").best_results["maps"]),
 }
 """Functions that draw a figure, by the name of its file."""
