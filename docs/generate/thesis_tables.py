@@ -43,9 +43,9 @@ def thesis_sizes() -> str:
         held_out = median(row["held_out_fitness"] for row in again)
         left = _number(held_out) if held_out < NO_PATTERN else "no pattern"
         goals = f"{fmean(row['held_out_success_rate'] for row in again):.0%}"
-        rows.append([LABELS[name], *map(_number, theirs), str(len(ours)), *map(_number, numbers), left, goals])
+        rows.append([LABELS[name], _summary(*theirs), str(len(ours)), _summary(*numbers), left, goals])
     test = kruskal_wallis({name: found[name] for name in THESIS_SIZES})
-    heads = ["thesis: mean", "SD", "median", "here: n", "mean", "SD", "median", "held-out, median", "goals there"]
+    heads = ["thesis: mean (SD), median", "here: n", "mean (SD), median", "held-out, median", "goals there"]
     return (
         table(["", *heads], rows) + "\n\n*Reported fitness; 24 searches of each kind in the thesis. Kruskal-Wallis: "
         f"H = 0.44, p = 0.80 in the thesis, H = {test.statistic:.2f}, p = {test.p_value:.2f} here.*"
@@ -90,6 +90,10 @@ def _times(spread: tuple[float, float, float]) -> str:
     """Return mean, least and greatest time."""
     mean, least, greatest = spread
     return f"{mean:.1f} ({least:.1f} to {greatest:.1f})"
+
+
+def _summary(mean: float, deviation: float, middle: float) -> str:
+    return f"{_number(mean)} ({_number(deviation)}), {_number(middle)}"
 
 
 def _number(value: float) -> str:
