@@ -11,5 +11,5 @@ from hypothesis import settings
 settings.register_profile("mapbench", deadline=None, derandomize="CI" in os.environ)
 settings.load_profile("mapbench")
 
-# Commands and examples run in processes of their own. Without bytecode files, each of them compiles 700 modules.
+# Commands and examples run in processes of their own. Without bytecode files, each of them compiles 500 modules.
 os.environ.pop("PYTHONDONTWRITEBYTECODE", None)
