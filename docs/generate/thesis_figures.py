@@ -8,7 +8,7 @@ from typing import Any
 
 import numpy as np
 
-from docs.generate.thesis_study import fitness_by_configuration, kept
+from docs.generate.thesis_study import kept, kept_fitness
 from docs.generate.thesis_tables import LABELS, THESIS_SIZES
 from evolution.pictures import colour_of, new_figure
 
@@ -17,10 +17,10 @@ def sizes_figure() -> Any:
     """Figures 5.1 and 5.2: fitness over the budget, and of the best sets, by population size."""
     figure, (left, right) = new_figure(2, width=9.5, height=3.8)
     _draw_progress(left, list(THESIS_SIZES))
-    names, found = list(THESIS_SIZES), fitness_by_configuration()
+    names, found = list(THESIS_SIZES), kept_fitness()
     for place, (name, (mean, deviation, _)) in enumerate(THESIS_SIZES.items()):
         colour = colour_of(names, name)
-        values = found[name]
+        values = list(found[name].values())
         right.plot(np.full(len(values), place - 0.12), values, "o", color=colour, alpha=0.6)
         right.errorbar(place - 0.12, fmean(values), stdev(values), fmt="_", color=colour, markersize=18, capsize=4)
         right.errorbar(place + 0.12, mean, deviation, fmt="_", color="#888888", markersize=18, capsize=4)

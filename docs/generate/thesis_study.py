@@ -38,12 +38,12 @@ DRAWN = ("gini_40", "cluster")
 
 
 def keep(study: Path) -> None:
-    """Add the searches of a study to the kept tables, and draw its best sets if none that is kept is better."""
+    """Add the searches of a study to the kept tables, and draw its best sets if they are better than the kept ones."""
     results = load_results(study)
-    known = fitness_by_configuration()
+    known = kept_fitness()
     for name, runs in results.by_configuration.items():
         best = min(runs, key=lambda run: run.fitness)
-        if name in DRAWN and best.fitness < min(known.get(name, [np.inf])):
+        if name in DRAWN and best.fitness < min(known.get(name, {}).values(), default=np.inf):
             _draw_best(best)
     found = {
         "runs": results.rows(),
@@ -61,22 +61,17 @@ def kept(name: str) -> list[Row]:
     return [{column: KINDS.get(column, float)(text) for column, text in row.items() if text} for row in rows]
 
 
-def fitness_by_seed(configuration: str) -> dict[int, float]:
-    """Return the reported fitness of the kept searches of a configuration."""
-    return {row["seed"]: row["fitness"] for row in kept("runs") if row["configuration"] == configuration}
-
-
-def fitness_by_configuration() -> dict[str, list[float]]:
-    """Return the reported fitness of all kept searches."""
-    found: dict[str, list[float]] = {}
+def kept_fitness() -> dict[str, dict[int, float]]:
+    """Return the reported fitness of the kept searches by configuration and seed."""
+    found: dict[str, dict[int, float]] = {}
     for row in kept("runs"):
-        found.setdefault(row["configuration"], []).append(row["fitness"])
+        found.setdefault(row["configuration"], {})[row["seed"]] = row["fitness"]
     return found
 
 
 def best_times(configuration: str) -> dict[str, list[Row]]:
-    """Return the times on the best kept set by map, one row for each controller."""
-    found = fitness_by_seed(configuration)
+    """Return the times on the best kept set, s, by map: one row of ``times.csv`` for each controller."""
+    found = kept_fitness()[configuration]
     best = min(found, key=found.__getitem__)
     maps: dict[str, list[Row]] = {}
     for row in kept("times"):

@@ -5,7 +5,7 @@ from __future__ import annotations
 from statistics import fmean, median, stdev
 
 from docs.generate.markdown import table
-from docs.generate.thesis_study import best_times, fitness_by_configuration, kept
+from docs.generate.thesis_study import best_times, kept, kept_fitness
 from evolution.files import Row
 from evolution.statistics import kruskal_wallis
 
@@ -34,17 +34,17 @@ LABELS = {"gini_20": "population 20", "gini_40": "population 40", "gini_60": "po
 
 def thesis_sizes() -> str:
     """Return Table 5.2 of the thesis beside ours, the Kruskal-Wallis test of both, and what held-out seeds leave."""
-    found = fitness_by_configuration()
+    found = kept_fitness()
     rows = []
     for name, theirs in THESIS_SIZES.items():
-        ours = found[name]
+        ours = list(found[name].values())
         numbers = (fmean(ours), stdev(ours), median(ours))
         again = [row for row in kept("runs") if row["configuration"] == name]
         held_out = median(row["held_out_fitness"] for row in again)
         left = _number(held_out) if held_out < NO_PATTERN else "no pattern"
         goals = f"{fmean(row['held_out_success_rate'] for row in again):.0%}"
         rows.append([LABELS[name], _summary(*theirs), str(len(ours)), _summary(*numbers), left, goals])
-    test = kruskal_wallis({name: found[name] for name in THESIS_SIZES})
+    test = kruskal_wallis({name: list(found[name].values()) for name in THESIS_SIZES})
     heads = ["thesis: mean (SD), median", "here: n", "mean (SD), median", "held-out, median", "goals there"]
     return (
         table(["", *heads], rows) + "\n\n*Reported fitness; 24 searches of each kind in the thesis. Kruskal-Wallis: "
@@ -87,7 +87,7 @@ def _held_out(row: Row) -> str:
 
 
 def _times(spread: tuple[float, float, float]) -> str:
-    """Return mean, least and greatest time."""
+    """Return mean, least and greatest time, s."""
     mean, least, greatest = spread
     return f"{mean:.1f} ({least:.1f} to {greatest:.1f})"
 
