@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from evolution.cli import main
+from evolution.cli import start
 
 if __name__ == "__main__":
-    raise SystemExit(main())
+    raise SystemExit(start())

@@ -3,12 +3,13 @@
 from __future__ import annotations
 
 import argparse
+import gc
 import re
 import sys
 from collections.abc import Sequence
 from typing import Any, NoReturn
 
-from evolution.commands import COMMON, HelpText, add_commands, complain, set_messages
+from evolution.commands import COMMANDS, COMMON, WITH_WORKERS, HelpText, add_commands, complain, load_command, set_messages
 
 USAGE_ERROR = 2
 INTERRUPTED = 130
@@ -76,6 +77,23 @@ def build_parser(chosen: str | None = None) -> Parser:
     subparsers = parser.add_subparsers(dest="command", required=True, metavar="COMMAND", parser_class=Parser)
     add_commands(subparsers, chosen)
     return parser
+
+
+def start() -> int:
+    """Run the command as a process of its own; returns its exit code.
+
+    What the command imports stays until its end, so garbage collection passes over it, and workers share it.
+    """
+    gc.disable()
+    for name in COMMANDS.keys() & set(sys.argv[1:2]):
+        load_command(name)
+        if name in WITH_WORKERS:
+            from evolution.driving import copy_for_workers
+
+            copy_for_workers()
+    gc.freeze()
+    gc.enable()
+    return main()
 
 
 def main(argv: Sequence[str] | None = None) -> int:

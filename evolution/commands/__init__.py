@@ -9,7 +9,7 @@ from typing import Any
 
 from evolution.commands.help_text import HelpText
 
-__all__ = ["COMMANDS", "COMMON", "HelpText", "add_commands", "complain", "load_command", "set_messages"]
+__all__ = ["COMMANDS", "COMMON", "WITH_WORKERS", "HelpText", "add_commands", "complain", "load_command", "set_messages"]
 
 COMMANDS = {
     "evolve": "Search for sets of maps that tell controllers apart.",
@@ -34,6 +34,9 @@ COMMANDS = {
     "completion": "Print a completion script for a shell.",
 }
 """Summary of each command, in the order of the help."""
+
+WITH_WORKERS = frozenset(("evolve", "study", "atlas", "bench", "tune", "minimize", "play", "validate"))
+"""The commands that drive in worker processes."""
 
 COMMON = {"quiet": False, "verbose": False, "allow_code": False}
 """The options that every command has, as they are where they are not given."""

@@ -29,7 +29,7 @@ from evolution.driving.kernel_files import (
     import_shipped_kernels,
 )
 from evolution.driving.one_run import environment_for, run_episode
-from evolution.driving.pool import RunJob, WorkerSetup, available_cores
+from evolution.driving.pool import RunJob, WorkerSetup, available_cores, copy_for_workers
 from evolution.driving.resources import DEFAULT_RESOURCES, Resources
 from evolution.driving.seeds import derive_seed
 from evolution.driving.settings import DriveSettings, ParameterFile, with_parameters
@@ -69,6 +69,7 @@ __all__ = [
     "check_room",
     "clear_kernels",
     "compiled_kernels",
+    "copy_for_workers",
     "derive_seed",
     "drive",
     "environment_for",

@@ -16,7 +16,7 @@ killed or gets Ctrl-C in 3 situations (44 cases). This pool loses none.
 
 from __future__ import annotations
 
-from evolution.driving.pool.process_start import available_cores
+from evolution.driving.pool.process_start import available_cores, copy_for_workers
 from evolution.driving.pool.processes import Processes, WorkerDiedError
 from evolution.driving.pool.worker_loop import Answer, NotStartedError
 from evolution.driving.pool.worker_setup import (
@@ -39,6 +39,7 @@ __all__ = [
     "WorkerSetup",
     "attempt",
     "available_cores",
+    "copy_for_workers",
     "error_result",
     "one_line",
     "prepare_worker",

@@ -7,6 +7,7 @@ that asks for the worker would also copy that process' threads and locks, and co
 from __future__ import annotations
 
 import contextlib
+import gc
 import os
 import select
 import signal
@@ -16,6 +17,34 @@ from multiprocessing.connection import Connection
 from typing import NoReturn
 
 from evolution.driving.pool.worker_loop import serve
+from gym_mapbench.kernels.geometry import normalize_angle
+
+
+def prepare_to_be_copied() -> None:
+    """Do what every copy of this process would do for itself: numba loads what all kernels need when one is called.
+
+    Garbage collection passes over what is there: to look at it would also copy its memory.
+    """
+    with contextlib.suppress(Exception):  # the warm-up of a worker fails for the same reason, and says it
+        normalize_angle(0.0)
+    gc.freeze()
+    gc.enable()
+
+
+def become_fork_server(descriptor: int) -> NoReturn:
+    """Be a fork server until the process that asks for workers has ended, and end with it.
+
+    Args:
+        descriptor: The socket from which requests come.
+    """
+    exit_code = 1
+    try:
+        ForkServer(descriptor).run()
+        exit_code = 0
+    except BaseException:
+        sys.excepthook(*sys.exc_info())
+    finally:
+        os._exit(exit_code)
 
 
 class ForkServer:

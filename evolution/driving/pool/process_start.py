@@ -21,15 +21,18 @@ from functools import partial
 from multiprocessing.connection import Connection, wait
 from multiprocessing.process import BaseProcess
 
+from evolution.driving.pool.fork_server import become_fork_server, prepare_to_be_copied
 from evolution.driving.pool.worker_loop import serve
 
 SERVER_COMMAND = (
-    "import sys; sys.path[:] = {path!r}; "
-    "from evolution.driving.pool.fork_server import ForkServer; ForkServer({descriptor}).run()"
+    "import gc, sys; gc.disable(); sys.path[:] = {path!r}; "
+    "from evolution.driving.pool.fork_server import become_fork_server, prepare_to_be_copied; "
+    "prepare_to_be_copied(); become_fork_server({descriptor})"
 )
 """The fork server's program; the server finds modules where the process that starts it does."""
 
 KILL = getattr(signal, "SIGKILL", signal.SIGTERM)
+STANDARD_INPUT = 0
 END_SECONDS = 1.0
 """How long to wait for the end of a process that was killed, or that has closed its pipe, s."""
 
@@ -93,11 +96,36 @@ def start_worker_process(prepare: Callable[[], object]) -> WorkerProcess:
     return process
 
 
+def copy_for_workers() -> None:
+    """Start the fork server as a copy of this process, which saves it all imports.
+
+    To be called before this process has threads or holds locks, because the copy would hold them for ever. Where no
+    process can copy itself, the server starts with the first worker.
+    """
+    if hasattr(os, "fork"):
+        prepare_to_be_copied()
+        with contextlib.suppress(OSError):
+            _FORK_SERVER.start_as_copy()
+
+
+@dataclass(frozen=True)
+class _Copy:
+    """A copy of this process, with those methods of ``subprocess.Popen`` that are needed."""
+
+    pid: int
+
+    def kill(self) -> None:
+        os.kill(self.pid, KILL)
+
+    def wait(self) -> None:
+        os.waitpid(self.pid, 0)
+
+
 class _ForkServerClient:
     """The fork server of this process; started with the first worker, and again if it has died."""
 
     _requests: socket.socket | None = None
-    _server: subprocess.Popen[bytes] | None = None
+    _server: subprocess.Popen[bytes] | _Copy | None = None
 
     def __init__(self) -> None:
         self._lock = threading.Lock()
@@ -124,12 +152,26 @@ class _ForkServerClient:
             raise OSError("the fork server cannot start a process")
         return WorkerProcess(pid, pipe, report, partial(_received, report))
 
+    def start_as_copy(self) -> None:
+        """Start the server as a copy of this process."""
+        requests, requests_of_server = socket.socketpair()
+        with requests_of_server:
+            pid = os.fork()
+            if pid == 0:
+                requests.close()
+                os.setpgid(0, 0)
+                with open(os.devnull) as nothing:
+                    os.dup2(nothing.fileno(), STANDARD_INPUT)
+                become_fork_server(requests_of_server.detach())
+        self._requests, self._server = requests, _Copy(pid)
+
     def stop(self) -> None:
         """Kill the fork server; workers die with it."""
         if self._server is not None and self._requests is not None:
             self._requests.close()
             self._server.kill()
             self._server.wait()
+            self._requests = self._server = None
 
     def _request(self, descriptors: list[int]) -> None:
         """Send a request, to a new server if there is none that takes it."""

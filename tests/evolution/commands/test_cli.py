@@ -14,7 +14,8 @@ import pytest
 from PIL import Image
 
 from controllers.nav2_params import read_nav2_params
-from evolution.cli import main
+from evolution.cli import build_parser, main
+from evolution.commands import WITH_WORKERS
 from evolution.driving import DriveSettings, check_room
 from evolution.runs.loading import load_run
 from gym_mapbench.env.config import EnvConfig
@@ -49,6 +50,12 @@ def refused(capsys, *argv):
     assert output.err.count("\n") == 1, output.err
     assert "Traceback" not in output.err
     return output.err
+
+
+def test_commands_that_drive_in_workers_are_those_with_an_option_for_them():
+    (subparsers,) = [action for action in build_parser()._actions if isinstance(action.choices, dict)]
+    with_option = {name for name, parser in subparsers.choices.items() if "--workers" in parser.format_help()}
+    assert with_option == WITH_WORKERS
 
 
 @pytest.mark.parametrize(

@@ -79,14 +79,17 @@ def test_workers_get_ready_before_there_is_a_job(tmp_path):
         assert ready.exists()
 
 
-def test_a_killed_parent_takes_its_workers_along():
+@pytest.mark.parametrize("server", ["starts with the first worker", "is a copy"])
+def test_a_killed_parent_takes_its_workers_along(server):
     """Also a worker that holds Python's lock, and one that has left a copy of itself behind."""
-    script = """
+    script = f"""
         import time
         from tests.evolution.fake_runs import misbehave
         from tests.evolution.driving.test_evaluator import jobs_of, plan_of
-        from evolution.driving.pool import Processes
+        from evolution.driving.pool import Processes, copy_for_workers
 
+        if {server == "is a copy"}:
+            copy_for_workers()
         pool = Processes(3, 600.0, int)
         jobs = jobs_of(plan_of("hangs", "holds_the_lock", "leaves_a_child_and_hangs"))
         futures = [pool.submit(misbehave, job) for job in jobs]
@@ -115,6 +118,33 @@ def test_a_fork_server_that_dies_is_replaced():
         with pytest.raises(WorkerDiedError):
             pool.submit(time.sleep, 600).result()
         assert pool.submit(os.getppid).result() != server
+
+
+def test_workers_are_copies_of_a_command_as_it_was_at_its_start():
+    """Until the fork server, itself a copy, dies; the next one is a new process."""
+    script = """
+        import os, signal, time
+        from evolution.driving.pool import Processes, WorkerDiedError, copy_for_workers
+
+        def seen():
+            return pool.submit(os.getppid).result(), pool.submit(os.getenv, "STATE").result()
+
+        os.environ["STATE"] = "as it was"
+        copy_for_workers()
+        os.environ["STATE"] = "changed"
+        with Processes(1, 60.0, int) as pool:
+            server, state = seen()
+            print(os.getpgid(server) == server, state)
+            os.kill(server, signal.SIGKILL)
+            try:
+                pool.submit(time.sleep, 600).result()
+            except WorkerDiedError:
+                print(seen()[0] == server, seen()[1])
+        """
+    done = subprocess.run(
+        [sys.executable, "-c", textwrap.dedent(script)], capture_output=True, text=True, timeout=120, check=False
+    )
+    assert done.stdout == "True as it was\nFalse changed\n", done.stderr
 
 
 def test_a_copy_of_the_parent_has_a_fork_server_of_its_own():
