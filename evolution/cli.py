@@ -9,7 +9,16 @@ import sys
 from collections.abc import Sequence
 from typing import Any, NoReturn
 
-from evolution.commands import COMMANDS, COMMON, WITH_WORKERS, HelpText, add_commands, complain, load_command, set_messages
+from evolution.commands import (
+    COMMANDS,
+    COMMON,
+    WITH_WORKERS,
+    HelpText,
+    add_commands,
+    complain,
+    load_command,
+    set_messages,
+)
 
 USAGE_ERROR = 2
 INTERRUPTED = 130
