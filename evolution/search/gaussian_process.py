@@ -12,8 +12,8 @@ from collections.abc import Sequence
 from typing import NamedTuple
 
 import numpy as np
+import scipy
 from numpy.typing import NDArray
-from scipy.linalg import cho_factor, cho_solve
 
 Array = NDArray[np.float64]
 
@@ -116,7 +116,9 @@ class Evidence:
         for row, number in enumerate(known):
             if number is not None:
                 covariance[row, number] += self.parameters[-2] ** 2
-        return Toward(near, covariance, np.einsum("ij,ji->i", covariance, cho_solve(self.factor, covariance.T)))
+        return Toward(
+            near, covariance, np.einsum("ij,ji->i", covariance, scipy.linalg.cho_solve(self.factor, covariance.T))
+        )
 
     def factor_with(self, parameters: Array) -> tuple[Array, bool]:
         """Return :attr:`factor` with other hyperparameters."""
@@ -128,7 +130,7 @@ class Evidence:
     def _factor_of(self, covariance: Array, parameters: Array) -> tuple[Array, bool]:
         """Add the variances of map and run to a covariance of mean and function, and return the Cholesky factor."""
         whole = covariance + np.diag(parameters[-2] ** 2 + parameters[-1] ** 2 / self.runs)
-        factor, lower = cho_factor(whole, lower=True)
+        factor, lower = scipy.linalg.cho_factor(whole, lower=True)
         return factor, lower
 
     def _squared_distances(self, genes: Array) -> Array:
@@ -148,7 +150,7 @@ class GaussianProcess:
         self.evidence = evidence
         self.mean = mean
         self._rest = evidence.averages - mean
-        self._weights = cho_solve(evidence.factor, self._rest)
+        self._weights = scipy.linalg.cho_solve(evidence.factor, self._rest)
         self._residuals = self._squared_residuals()
 
     def fitted(self) -> GaussianProcess:
@@ -183,7 +185,7 @@ class GaussianProcess:
         factor = self.evidence.factor_with(parameters)
         prior = (np.log(parameters[:-3] / LENGTH) ** 2).sum() / LENGTH_SPREAD**2
         prior += (np.log(parameters[-3:] / np.array(SCALES)) ** 2).sum() / SCALES_SPREAD**2
-        likelihood = 0.5 * self._rest @ cho_solve(factor, self._rest) + np.log(np.diag(factor[0])).sum()
+        likelihood = 0.5 * self._rest @ scipy.linalg.cho_solve(factor, self._rest) + np.log(np.diag(factor[0])).sum()
         return float(likelihood + 0.5 * prior)
 
     def _squared_residuals(self) -> Array:

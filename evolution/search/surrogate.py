@@ -12,7 +12,7 @@ from dataclasses import dataclass
 from typing import NamedTuple
 
 import numpy as np
-from scipy.special import ndtr
+import scipy
 
 from evolution.driving import RunResult
 from evolution.search.gaussian_process import Array, Evidence, GaussianProcess, Prediction, prior_prediction
@@ -89,7 +89,7 @@ class Forecast:
         means = np.array([one.mean + shift * one.deviation for one in self.logarithms])
         halves = [0.5 * (score(means + step) - score(means - step)) for step in np.diag(spreads)]
         limit = float(np.log(fitness.time_limit)) if fitness.settings.metric == TIME else np.inf
-        in_time = float(np.prod(ndtr((limit - means) / np.array(spreads))))
+        in_time = float(np.prod(scipy.special.ndtr((limit - means) / np.array(spreads))))
         values = tuple(map(float, np.exp(means)))
         return Estimate(values, score(means), float(np.linalg.norm(halves)), min(in_time, self.goals))
 

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
+import scipy
 from hypothesis import given
 from hypothesis import strategies as st
 
@@ -18,6 +19,7 @@ from evolution.statistics import (
     rank_correlation,
     summarize,
     vargha_delaney_a12,
+    wilson_interval,
 )
 from gym_mapbench.errors import ConfigError
 
@@ -107,3 +109,11 @@ def test_bad_input_is_one_line():
         kruskal_wallis({"a": [1.0], "b": []})
     with pytest.raises(ConfigError, match="at least 2 problems"):
         friedman([[1.0, 2.0]], ["a", "b"])
+
+
+@given(st.integers(1, 300).flatmap(lambda n: st.tuples(st.integers(0, n), st.just(n))), st.sampled_from([0.9, 0.95]))
+def test_wilson_interval_is_that_of_scipy_to_the_bit(counts, confidence):
+    low, high = wilson_interval(*counts, confidence)
+    theirs = scipy.stats.binomtest(*counts).proportion_ci(confidence, method="wilson")
+    assert (low, high) == (theirs.low, theirs.high)
+    assert 0.0 <= low <= counts[0] / counts[1] <= high <= 1.0

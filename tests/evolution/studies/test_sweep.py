@@ -6,11 +6,8 @@ import shutil
 
 import numpy as np
 import pytest
-from hypothesis import given
-from hypothesis import strategies as st
 
 from evolution.cli import main
-from evolution.statistics import wilson_interval
 from evolution.studies import SweepSettings, load_definition, load_sweep, run_sweep
 from evolution.studies.sweep.effects import effect_rows
 from gym_mapbench.errors import ConfigError, RunError
@@ -61,14 +58,6 @@ def test_effects_by_hand():
     assert (noisy["solved_in_both"], noisy["time_ratio"], noisy["recoveries"]) == (2, 1.35, 1.0)
     assert noisy["success_low"] == pytest.approx(0.3006, abs=1e-4)  # Wilson's formula, by hand
     assert noisy["gained_low"] < 0 < noisy["gained_high"]
-
-
-@given(st.integers(1, 300).flatmap(lambda n: st.tuples(st.integers(0, n), st.just(n))))
-def test_wilson_interval_holds_the_share_and_mirrors(counts):
-    successes, n = counts
-    low, high = wilson_interval(successes, n)
-    assert 0.0 <= low <= successes / n <= high <= 1.0
-    assert (1 - high, 1 - low) == pytest.approx(wilson_interval(n - successes, n), abs=1e-9)
 
 
 def test_the_first_world_is_compared_with_itself(done):
