@@ -19,6 +19,7 @@ from evolution.commands import (
     load_command,
     set_messages,
 )
+from evolution.one_thread import use_one_thread
 
 USAGE_ERROR = 2
 INTERRUPTED = 130
@@ -93,6 +94,7 @@ def start() -> int:
 
     What the command imports stays until its end, so garbage collection passes over it, and workers share it.
     """
+    use_one_thread()
     gc.disable()
     for name in COMMANDS.keys() & set(sys.argv[1:2]):
         load_command(name)

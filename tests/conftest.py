@@ -6,6 +6,8 @@ import os
 
 from hypothesis import settings
 
+from evolution.one_thread import use_one_thread
+
 # A kernel compiles at its first call, which no deadline per example can know of. CI tries the same examples
 # every time, so that a change is judged by itself; everybody else keeps looking for new ones.
 settings.register_profile("mapbench", deadline=None, derandomize="CI" in os.environ)
@@ -13,3 +15,6 @@ settings.load_profile("mapbench")
 
 # Commands and examples run in processes of their own. Without bytecode files, each of them compiles 500 modules.
 os.environ.pop("PYTHONDONTWRITEBYTECODE", None)
+
+# Two workers of pytest, and the processes that they start, share the cores.
+use_one_thread()

@@ -3,17 +3,20 @@
 The value of a run is the sum of a mean, a smooth function of the map's genes, an effect of the single map, and noise.
 The function has a squared-exponential kernel with one length scale for each gene (automatic relevance determination).
 Source: Rasmussen and Williams, *Gaussian Processes for Machine Learning*, 2006, chapters 2 and 5; replicates as in
-stochastic kriging (Ankenman, Nelson and Staum, 2010).
+stochastic kriging (Ankenman, Nelson and Staum, 2010). Its bits depend neither on the processor nor on the number of
+cores: kernels and ``math`` do what NumPy and LAPACK would do in another way on each.
 """
 
 from __future__ import annotations
 
+import math
 from collections.abc import Sequence
 from typing import NamedTuple
 
 import numpy as np
-import scipy
 from numpy.typing import NDArray
+
+from gym_mapbench.kernels.linear_algebra import cholesky, correlate, solve_positive, solve_transposed
 
 Array = NDArray[np.float64]
 
@@ -82,7 +85,6 @@ class Evidence:
         self.averages = np.array([float(np.mean(some)) for some in values])
         width = np.ptp(genes, axis=0)
         self._width = np.where(width > 0.0, width, 1.0)
-        self._squares = self._squared_distances(genes)
         self._answers: dict[bool, tuple[Array, list[int | None], Toward]] = {}
         self.covariance = self._covariance_with(self.parameters)
         self.factor = self._factor_of(self.covariance, self.parameters)
@@ -111,31 +113,30 @@ class Evidence:
         return kept[2]
 
     def _toward(self, genes: Array, known: Sequence[int | None]) -> Toward:
-        near = _correlation(self._squared_distances(genes), self.parameters)
+        near = self._correlation(genes, self.parameters)
         covariance = _covariance(near, self.parameters[-3])
         for row, number in enumerate(known):
             if number is not None:
                 covariance[row, number] += self.parameters[-2] ** 2
-        return Toward(
-            near, covariance, np.einsum("ij,ji->i", covariance, scipy.linalg.cho_solve(self.factor, covariance.T))
-        )
+        explained = np.square(solve_transposed(self.factor, np.ascontiguousarray(covariance.T))).sum(axis=0)
+        return Toward(near, covariance, explained)
 
-    def factor_with(self, parameters: Array) -> tuple[Array, bool]:
+    def factor_with(self, parameters: Array) -> Array:
         """Return :attr:`factor` with other hyperparameters."""
         return self._factor_of(self._covariance_with(parameters), parameters)
 
     def _covariance_with(self, parameters: Array) -> Array:
-        return _covariance(_correlation(self._squares, parameters), parameters[-3])
+        return _covariance(self._correlation(self.genes, parameters), parameters[-3])
 
-    def _factor_of(self, covariance: Array, parameters: Array) -> tuple[Array, bool]:
+    def _factor_of(self, covariance: Array, parameters: Array) -> Array:
         """Add the variances of map and run to a covariance of mean and function, and return the Cholesky factor."""
-        whole = covariance + np.diag(parameters[-2] ** 2 + parameters[-1] ** 2 / self.runs)
-        factor, lower = scipy.linalg.cho_factor(whole, lower=True)
-        return factor, lower
+        factor: Array = cholesky(covariance + np.diag(parameters[-2] ** 2 + parameters[-1] ** 2 / self.runs))
+        return factor
 
-    def _squared_distances(self, genes: Array) -> Array:
-        """Return the squared differences of some maps' genes from those of the maps that have runs, in ranges."""
-        return ((genes[:, None] - self.genes[None]) / self._width) ** 2
+    def _correlation(self, genes: Array, parameters: Array) -> Array:
+        """Return the correlation of some maps with those that have runs; length scales are in ranges of the genes."""
+        near: Array = correlate(genes, self.genes, 1.0 / np.square(self._width * parameters[:-3]))
+        return near
 
 
 class GaussianProcess:
@@ -150,7 +151,7 @@ class GaussianProcess:
         self.evidence = evidence
         self.mean = mean
         self._rest = evidence.averages - mean
-        self._weights = scipy.linalg.cho_solve(evidence.factor, self._rest)
+        self._weights: Array = solve_positive(evidence.factor, self._rest)
         self._residuals = self._squared_residuals()
 
     def fitted(self) -> GaussianProcess:
@@ -173,24 +174,26 @@ class GaussianProcess:
         """
         function, of_map, noise = self.evidence.parameters[-3:]
         near, covariance, explained = self.evidence.toward(genes, known)
-        means = self.mean + covariance @ self._weights
+        means = self.mean + _product(covariance, self._weights)
         variances = MEAN_SPREAD**2 + function**2 + of_map**2 - explained
-        noises = PRIOR_RUNS * (noise**2 + of_map**2) + near @ self._residuals
-        noises = noises / (PRIOR_RUNS + near @ self.evidence.runs)
+        noises = PRIOR_RUNS * (noise**2 + of_map**2) + _product(near, self._residuals)
+        noises = noises / (PRIOR_RUNS + _product(near, self.evidence.runs))
         columns = (means, np.sqrt(np.maximum(variances, 0.0)), np.sqrt(noises))
         return [Prediction(*map(float, row)) for row in zip(*columns, strict=True)]
 
     def _energy(self, parameters: Array) -> float:
         """Return the negative logarithm of the posterior density of hyperparameters, up to a constant."""
         factor = self.evidence.factor_with(parameters)
-        prior = (np.log(parameters[:-3] / LENGTH) ** 2).sum() / LENGTH_SPREAD**2
-        prior += (np.log(parameters[-3:] / np.array(SCALES)) ** 2).sum() / SCALES_SPREAD**2
-        likelihood = 0.5 * self._rest @ scipy.linalg.cho_solve(factor, self._rest) + np.log(np.diag(factor[0])).sum()
-        return float(likelihood + 0.5 * prior)
+        scales = [math.log(one / LENGTH) / LENGTH_SPREAD for one in parameters[:-3].tolist()]
+        pairs = zip(parameters[-3:].tolist(), SCALES, strict=True)
+        scales += [math.log(one / middle) / SCALES_SPREAD for one, middle in pairs]
+        misfit = float((self._rest * solve_positive(factor, self._rest)).sum())
+        determinant = sum(map(math.log, np.diag(factor).tolist()))
+        return 0.5 * misfit + determinant + 0.5 * sum(one * one for one in scales)
 
     def _squared_residuals(self) -> Array:
         """Return for each map that has runs the sum of the squares of its runs' differences from mean and function."""
-        smooth = self.mean + self.evidence.covariance @ self._weights
+        smooth = self.mean + _product(self.evidence.covariance, self._weights)
         return np.array([np.square(some - one).sum() for some, one in zip(self.evidence.values, smooth, strict=True)])
 
 
@@ -205,5 +208,7 @@ def _covariance(correlation: Array, function: float) -> Array:
     return MEAN_SPREAD**2 + function**2 * correlation
 
 
-def _correlation(squares: Array, parameters: Array) -> Array:
-    return np.exp(-0.5 * squares @ parameters[:-3] ** -2.0)
+def _product(matrix: Array, vector: Array) -> Array:
+    """Return the product of a matrix and a vector, summed in the order of NumPy, not of BLAS."""
+    product: Array = (matrix * vector).sum(axis=1)
+    return product

@@ -7,6 +7,7 @@ runs, by a Gaussian process for each controller and each kind of maps.
 
 from __future__ import annotations
 
+import math
 from collections.abc import Hashable, Mapping, Sequence
 from dataclasses import dataclass
 from typing import NamedTuple
@@ -84,14 +85,14 @@ class Forecast:
 
     def _estimate(self, fitness: Fitness, shift: float, spreads: Sequence[float]) -> Estimate:
         def score(logarithms: Array) -> float:
-            return fitness.score_of(tuple(map(float, np.exp(logarithms))))
+            return fitness.score_of(tuple(map(math.exp, logarithms.tolist())))
 
         means = np.array([one.mean + shift * one.deviation for one in self.logarithms])
         halves = [0.5 * (score(means + step) - score(means - step)) for step in np.diag(spreads)]
-        limit = float(np.log(fitness.time_limit)) if fitness.settings.metric == TIME else np.inf
+        limit = math.log(fitness.time_limit) if fitness.settings.metric == TIME else np.inf
         in_time = float(np.prod(scipy.special.ndtr((limit - means) / np.array(spreads))))
-        values = tuple(map(float, np.exp(means)))
-        return Estimate(values, score(means), float(np.linalg.norm(halves)), min(in_time, self.goals))
+        values = tuple(map(math.exp, means.tolist()))
+        return Estimate(values, score(means), math.hypot(*halves), min(in_time, self.goals))
 
 
 class Surrogate:
@@ -190,7 +191,7 @@ class Surrogate:
         failed = fitness.time_limit if metric == TIME else max(solved)
 
         def logarithm(run: RunResult) -> float:
-            return float(np.log(run.value(metric) if run.success else failed))
+            return math.log(run.value(metric) if run.success else failed)
 
         return {name: [list(map(logarithm, runs)) for runs in of_map] for name, of_map in results.items()}
 

@@ -23,6 +23,7 @@ from multiprocessing.process import BaseProcess
 
 from evolution.driving.pool.fork_server import become_fork_server, prepare_to_be_copied
 from evolution.driving.pool.worker_loop import serve
+from evolution.one_thread import ONE_THREAD
 
 SERVER_COMMAND = (
     "import gc, sys; gc.disable(); sys.path[:] = {path!r}; "
@@ -193,7 +194,13 @@ class _ForkServerClient:
         with requests_of_server:
             descriptor = requests_of_server.fileno()
             command = [sys.executable, "-c", SERVER_COMMAND.format(path=sys.path, descriptor=descriptor)]
-            self._server = subprocess.Popen(command, stdin=subprocess.DEVNULL, pass_fds=[descriptor], process_group=0)
+            self._server = subprocess.Popen(
+                command,
+                stdin=subprocess.DEVNULL,
+                pass_fds=[descriptor],
+                process_group=0,
+                env={**ONE_THREAD, **os.environ},
+            )
         return requests
 
 

@@ -21,6 +21,8 @@ from dataclasses import dataclass
 from multiprocessing.connection import Connection
 from typing import Any
 
+from evolution.one_thread import use_one_thread
+
 READY = "ready"
 """The first message of a worker, sent once it is prepared."""
 
@@ -60,12 +62,13 @@ class Answer:
 
 
 def serve(pipe: Connection) -> None:
-    """Be a worker process: prepare, then run jobs until the pipe is closed.
+    """Be a worker process, of one thread: prepare, then run jobs until the pipe is closed.
 
     Args:
         pipe: Gives where to search modules, the current directory, the function that prepares the worker, and jobs
             (each a function and its arguments, pickled). Takes the answers, pickled.
     """
+    use_one_thread()
     _set_up_process(pipe)
     sys.path[:], folder = pipe.recv()
     os.chdir(folder)

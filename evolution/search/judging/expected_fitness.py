@@ -32,6 +32,7 @@ from evolution.search.judging.map_results import (
     sum_over_trials,
     without_failed_trials,
 )
+from evolution.search.judging.patterns import log_times
 
 SIMILAR = 8
 """Number of similar maps whose pooled variance is the prior of a map's variance."""
@@ -208,12 +209,12 @@ def chances_in_time(maps: Mapping[str, MapResults], places: Places, time_limit: 
         time_limit: Simulated seconds.
     """
     slowest = {
-        name: [float(np.log(max(run.time_s for (run,) in single))) for single in singles_of(of_map)]
+        name: log_times([max(run.time_s for (run,) in single) for single in singles_of(of_map)]).tolist()
         for name, of_map in maps.items()
     }
     deviations = deviations_of(slowest, places)
     return {
-        name: _predicted(np.log(time_limit) - float(np.mean(some)), deviations[name], len(some))
+        name: _predicted(math.log(time_limit) - float(np.mean(some)), deviations[name], len(some))
         for name, some in slowest.items()
     }
 

@@ -2,6 +2,11 @@
 
 from __future__ import annotations
 
+import os
+import subprocess
+import sys
+import textwrap
+
 import numpy as np
 import pytest
 from hypothesis import given, settings
@@ -15,6 +20,7 @@ from evolution.search.gaussian_process import (
     GaussianProcess,
     prior_prediction,
 )
+from gym_mapbench.kernels.linear_algebra import cholesky, solve_positive, solve_transposed
 
 MEAN = 3.0
 
@@ -132,3 +138,37 @@ def test_evidence_is_of_its_runs_alone():
     assert not evidence.is_of(genes, [*values[:3], [MEAN, MEAN]], None)
     assert not evidence.is_of(genes + 0.1, values, None)
     assert not evidence.is_of(genes, values, evidence.parameters)
+
+
+@settings(max_examples=25, deadline=None)
+@given(st.integers(1, 40), st.integers(1, 5), st.integers(0, 1000))
+def test_the_equations_are_solved_as_by_lapack(size, columns, seed):
+    rng = np.random.default_rng(seed)
+    square, right = rng.normal(size=(size, size)), rng.normal(size=(size, columns))
+    matrix = square @ square.T + np.eye(size)
+    upper = cholesky(matrix)
+    np.testing.assert_allclose(upper.T, np.linalg.cholesky(matrix), rtol=1e-9, atol=1e-12)
+    np.testing.assert_allclose(upper.T @ solve_transposed(upper, right), right, rtol=1e-9, atol=1e-9)
+    np.testing.assert_allclose(matrix @ solve_positive(upper, right[:, 0]), right[:, 0], rtol=1e-8, atol=1e-8)
+
+
+def test_a_matrix_that_is_not_positive_definite_has_no_factor():
+    assert np.isnan(cholesky(np.array([[1.0, 2.0], [2.0, 1.0]]))[1, 1])
+
+
+def test_predictions_depend_neither_on_the_number_of_cores_nor_on_vector_instructions():
+    """LAPACK's and NumPy's do: of a factor from 150 maps on, and of ``exp``."""
+    script = """
+        import hashlib, numpy as np
+        from evolution.search.gaussian_process import Evidence, GaussianProcess
+        from tests.evolution.search.test_gaussian_process import MEAN, samples
+
+        process = GaussianProcess(Evidence(*samples(200, genes=5)), MEAN).fitted()
+        found = process.predict(np.random.default_rng(1).uniform(size=(30, 5)), [None] * 30)
+        print(hashlib.sha256(np.array(found).tobytes()).hexdigest())
+        """
+    features = " ".join(np.show_config(mode="dicts")["SIMD Extensions"].get("found", []))
+    machines = {"OPENBLAS_NUM_THREADS": "1"}, {"OPENBLAS_NUM_THREADS": "3", "NPY_DISABLE_CPU_FEATURES": features}
+    command = [sys.executable, "-c", textwrap.dedent(script)]
+    printed = [subprocess.check_output(command, env={**os.environ, **machine}) for machine in machines]
+    assert printed[0] == printed[1] != b""

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from evolution.search.judging.patterns.base import Parts, Pattern, PatternSettings, Times
+from evolution.search.judging.patterns.base import Parts, Pattern, PatternSettings, Times, log_times
 from evolution.search.judging.patterns.cluster import (
     Cluster,
     cluster_score,
@@ -37,6 +37,7 @@ __all__ = [
     "gini_fitness",
     "groups",
     "held_apart",
+    "log_times",
     "pair_scores",
     "pairwise_gaps",
     "partial_pattern_score",

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Any, ClassVar
@@ -24,7 +25,7 @@ FORMER_NAMES = {"read": "score", "reading_name": "score_name"}
 
 def log_times(times: Times) -> NDArray[np.float64]:
     """Return the logarithms of some values; values below 1e-9 count as 1e-9, because zero has no logarithm."""
-    return np.log(np.maximum(np.asarray(times, dtype=np.float64), SHORTEST))
+    return np.array([math.log(max(time, SHORTEST)) for time in times])
 
 
 class PatternSettings(Settings):

@@ -16,6 +16,7 @@ import pytest
 
 from evolution.driving.evaluator import Evaluator
 from evolution.driving.pool import Processes, WorkerDiedError, process_start
+from evolution.one_thread import ONE_THREAD
 from tests.evolution import fake_runs
 from tests.evolution.driving.test_evaluator import jobs_of, plan_of
 
@@ -145,6 +146,23 @@ def test_workers_are_copies_of_a_command_as_it_was_at_its_start():
         [sys.executable, "-c", textwrap.dedent(script)], capture_output=True, text=True, timeout=120, check=False
     )
     assert done.stdout == "True as it was\nFalse changed\n", done.stderr
+
+
+@pytest.mark.parametrize("given", [{}, {"OMP_NUM_THREADS": "3"}])
+def test_a_worker_has_one_thread_unless_the_user_says_otherwise(given):
+    script = """
+        import os
+        from threadpoolctl import threadpool_info
+        from evolution.driving.pool import Processes
+
+        with Processes(1, 60.0, int) as pool:
+            blas = {one["num_threads"] for one in pool.submit(threadpool_info).result() if one["user_api"] == "blas"}
+            print(pool.submit(os.getenv, "OMP_NUM_THREADS").result(), blas)
+        """
+    environment = {name: value for name, value in os.environ.items() if name not in ONE_THREAD}
+    command = [sys.executable, "-c", textwrap.dedent(script)]
+    printed = subprocess.check_output(command, env={**environment, **given}, text=True, timeout=120)
+    assert printed == f"{given.get('OMP_NUM_THREADS', '1')} {{1}}\n"
 
 
 def test_a_copy_of_the_parent_has_a_fork_server_of_its_own():
