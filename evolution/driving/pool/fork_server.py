@@ -19,6 +19,8 @@ from typing import NoReturn
 from evolution.driving.pool.worker_loop import serve
 from gym_mapbench.kernels.geometry import normalize_angle
 
+STANDARD_INPUT = 0
+
 
 def prepare_to_be_copied() -> None:
     """Do what every copy of this process would do for itself: numba loads what all kernels need when one is called.
@@ -34,11 +36,16 @@ def prepare_to_be_copied() -> None:
 def become_fork_server(descriptor: int) -> NoReturn:
     """Be a fork server until the process that asks for workers has ended, and end with it.
 
+    It has a process group of its own, so that Ctrl-C does not reach it, and reads nothing.
+
     Args:
         descriptor: The socket from which requests come.
     """
     exit_code = 1
     try:
+        os.setpgid(0, 0)
+        with open(os.devnull) as nothing:
+            os.dup2(nothing.fileno(), STANDARD_INPUT)
         ForkServer(descriptor).run()
         exit_code = 0
     except BaseException:

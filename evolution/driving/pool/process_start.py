@@ -33,7 +33,6 @@ SERVER_COMMAND = (
 """The fork server's program; the server finds modules where the process that starts it does."""
 
 KILL = getattr(signal, "SIGKILL", signal.SIGTERM)
-STANDARD_INPUT = 0
 END_SECONDS = 1.0
 """How long to wait for the end of a process that was killed, or that has closed its pipe, s."""
 
@@ -160,9 +159,6 @@ class _ForkServerClient:
             pid = os.fork()
             if pid == 0:
                 requests.close()
-                os.setpgid(0, 0)
-                with open(os.devnull) as nothing:
-                    os.dup2(nothing.fileno(), STANDARD_INPUT)
                 become_fork_server(requests_of_server.detach())
         self._requests, self._server = requests, _Copy(pid)
 
@@ -186,21 +182,13 @@ class _ForkServerClient:
             socket.send_fds(self._requests, [b"w"], descriptors)
 
     def _start(self) -> socket.socket:
-        """Start a server; returns the socket that takes requests.
-
-        The server has a process group of its own, so that Ctrl-C does not reach it.
-        """
+        """Start a server; returns the socket that takes requests."""
         requests, requests_of_server = socket.socketpair()
         with requests_of_server:
             descriptor = requests_of_server.fileno()
             command = [sys.executable, "-c", SERVER_COMMAND.format(path=sys.path, descriptor=descriptor)]
-            self._server = subprocess.Popen(
-                command,
-                stdin=subprocess.DEVNULL,
-                pass_fds=[descriptor],
-                process_group=0,
-                env={**ONE_THREAD, **os.environ},
-            )
+            environment = {**ONE_THREAD, **os.environ}
+            self._server = subprocess.Popen(command, pass_fds=[descriptor], process_group=0, env=environment)
         return requests
 
 
