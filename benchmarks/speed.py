@@ -220,6 +220,14 @@ def selection_timings(candidates: int = 50, repeats: int = 12) -> Iterator[Timin
     yield measure(f"select a set among {candidates} maps", call, 5)
 
 
+def command_timings() -> Iterator[Timing]:
+    """A whole command that drives once: imports, a worker, and one run."""
+    office = Path(__file__).parents[1] / "examples" / "office.yaml"
+    command = [sys.executable, "-m", "evolution", "bench", str(office), "--controllers", "rpp", "--workers", "1"]
+    call = partial(subprocess.run, command, stdout=subprocess.DEVNULL, check=True)
+    yield measure("mapbench bench, one run of RPP", call, 5)
+
+
 def random_steps(scenario: Scenario, beams: int) -> Timing:
     """One env step with random actions, which soon lead to a wall and along it."""
     env = endless(scenario, beams)
@@ -300,6 +308,7 @@ def main() -> None:
         *generator_timings(),
         *run_timings(scenario),
         *selection_timings(),
+        *command_timings(),
     ):
         print(timing.line(), flush=True)
 
