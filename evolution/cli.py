@@ -96,15 +96,25 @@ def start() -> int:
     """
     use_one_thread()
     gc.disable()
-    for name in COMMANDS.keys() & set(sys.argv[1:2]):
+    try:
+        _import(sys.argv[1:2])
+    except KeyboardInterrupt:
+        print("mapbench: interrupted", file=sys.stderr)
+        return INTERRUPTED
+    finally:
+        gc.freeze()
+        gc.enable()
+    return main()
+
+
+def _import(names: Sequence[str]) -> None:
+    """Import what a command needs, and start the process from which its workers are copied."""
+    for name in COMMANDS.keys() & set(names):
         load_command(name)
         if name in WITH_WORKERS:
             from evolution.driving import copy_for_workers
 
             copy_for_workers()
-    gc.freeze()
-    gc.enable()
-    return main()
 
 
 def main(argv: Sequence[str] | None = None) -> int:

@@ -14,7 +14,7 @@ import pytest
 from PIL import Image
 
 from controllers.nav2_params import read_nav2_params
-from evolution.cli import build_parser, main
+from evolution.cli import build_parser, main, start
 from evolution.commands import WITH_WORKERS
 from evolution.driving import DriveSettings, check_room
 from evolution.runs.loading import load_run
@@ -56,6 +56,16 @@ def test_commands_that_drive_in_workers_are_those_with_an_option_for_them():
     (subparsers,) = [action for action in build_parser()._actions if isinstance(action.choices, dict)]
     with_option = {name for name, parser in subparsers.choices.items() if "--workers" in parser.format_help()}
     assert with_option == WITH_WORKERS
+
+
+def test_ctrl_c_while_a_command_is_imported_is_one_line(monkeypatch, capsys):
+    def interrupt(name):
+        raise KeyboardInterrupt
+
+    monkeypatch.setattr("evolution.cli.load_command", interrupt)
+    monkeypatch.setattr("sys.argv", ["mapbench", "bench", "nowhere.yaml"])
+    assert start() == 130
+    assert capsys.readouterr().err == "mapbench: interrupted\n"
 
 
 @pytest.mark.parametrize(
