@@ -102,7 +102,7 @@ def copy_for_workers() -> None:
     To be called before this process has threads or holds locks, because the copy would hold them for ever. Where no
     process can copy itself, the server starts with the first worker.
     """
-    if hasattr(os, "fork"):
+    if hasattr(os, "fork") and not _FORK_SERVER.is_started:
         prepare_to_be_copied()
         with contextlib.suppress(OSError):
             _FORK_SERVER.start_as_copy()
@@ -129,6 +129,11 @@ class _ForkServerClient:
 
     def __init__(self) -> None:
         self._lock = threading.Lock()
+
+    @property
+    def is_started(self) -> bool:
+        """Whether there is a server."""
+        return self._requests is not None
 
     def forget(self) -> None:
         """Forget the server: a copy of this process needs its own, because workers end with the process that asks."""

@@ -133,6 +133,7 @@ def test_workers_are_copies_of_a_command_as_it_was_at_its_start():
         os.environ["STATE"] = "as it was"
         copy_for_workers()
         os.environ["STATE"] = "changed"
+        copy_for_workers()
         with Processes(1, 60.0, int) as pool:
             server, state = seen()
             print(os.getpgid(server) == server, state)
