@@ -96,11 +96,7 @@ def solve_positive(upper, right):
     Returns:
         ``(n,)``.
     """
-    found = right.copy()
-    for row in range(len(upper)):
-        found[row] /= upper[row, row]
-        for below in range(row + 1, len(upper)):
-            found[below] -= upper[row, below] * found[row]
+    found = solve_transposed(upper, right.reshape(-1, 1)).reshape(-1)
     for row in range(len(upper) - 1, -1, -1):
         for known in range(row + 1, len(upper)):
             found[row] -= upper[row, known] * found[known]

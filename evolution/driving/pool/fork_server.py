@@ -1,7 +1,8 @@
 """The fork server: a process that copies itself into a worker.
 
 A worker starts in milliseconds that way, because the server has imported this package already. A copy of the process
-that asks for the worker would also copy that process' threads and locks, and could deadlock.
+that asks for the worker would also copy that process' threads and locks, and could deadlock. The server of a command is
+a copy of the command, made before that has threads; the server of a script is a new process.
 """
 
 from __future__ import annotations

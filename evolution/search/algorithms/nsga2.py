@@ -2,15 +2,14 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, Any
+from typing import Any
+
+from pymoo.algorithms.base.genetic import GeneticAlgorithm
 
 from evolution.search.algorithms.base import Algorithm
 
-if TYPE_CHECKING:
-    from pymoo.algorithms.moo.nsga2 import NSGA2
 
-
-def nsga2(**operators: Any) -> NSGA2:
+def nsga2(**operators: Any) -> GeneticAlgorithm:
     """NSGA-II: non-dominated sorting and crowding distance, several objectives."""
     from pymoo.algorithms.moo.nsga2 import NSGA2
 
