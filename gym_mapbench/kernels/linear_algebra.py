@@ -96,7 +96,7 @@ def solve_positive(upper, right):
     Returns:
         ``(n,)``.
     """
-    found = solve_transposed(upper, right.reshape(-1, 1)).reshape(-1)
+    found = solve_transposed(upper, right.copy().reshape(-1, 1)).reshape(-1)
     for row in range(len(upper) - 1, -1, -1):
         for known in range(row + 1, len(upper)):
             found[row] -= upper[row, known] * found[known]
