@@ -90,8 +90,10 @@ def make_controller(
 
 
 def _load_model(spec: str, label: str | None, params: Mapping[str, Any]) -> Controller:
-    """Load ``path/to/model.zip`` or ``NAME=path/to/model.zip``."""
-    name, _, path = spec.rpartition("=")
+    """Load ``path/to/model.zip``; without a label, ``NAME=path/to/model.zip`` gives one."""
+    name, path = "", spec
+    if label is None and "=" in spec:
+        name, _, path = spec.partition("=")
     if params:
         raise ConfigError(f"{spec}: a model takes no parameters, got {', '.join(params)}")
     about_to_run(path)

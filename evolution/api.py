@@ -14,7 +14,6 @@ import logging
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from dataclasses import replace
-from functools import partial
 from pathlib import Path
 from typing import Any
 
@@ -45,7 +44,7 @@ from evolution.driving import (
     Resources,
     ResultStore,
     check_room,
-    preparation,
+    preparation_of,
     run_job,
     try_controllers,
 )
@@ -53,6 +52,7 @@ from evolution.inputs import (
     Controllers,
     Maps,
     barn_source,
+    check_alone,
     chosen,
     items_of,
     levels_of,
@@ -185,6 +185,7 @@ def bench(
     items = items_of(maps)
     scenarios = load_all(items, start, goal)
     read, run = read_parameters(params), run_of(items)
+    check_alone(settings, {"params": params, **environment})
     settings = settings or world_from(params, read, environment, run)
     settings = settings.replace(unknown_map=unknown_map or settings.unknown_map)
     settings = barn_settings(settings) if barn_source(items) else settings
@@ -310,6 +311,7 @@ def minimize(
     """
     resources, environment = resources.taking(options)
     run = run_of([maps])
+    check_alone(settings, environment)
     world = settings or world_from(None, None, environment, run)
     scenario = chosen(load_all([maps], start, goal), map_name)
     specs = specs_of(own_controllers(None, run) if controllers is None else controllers)
@@ -353,9 +355,7 @@ def configuration_of(
 @contextmanager
 def _benchmark_evaluator(kept: Path | None, resources: Resources, plans: Sequence[JobPlan]) -> Iterator[Evaluator]:
     """Yield an evaluator whose results are kept in the directory of a benchmark, or in memory if it is None."""
-    different = {(plan.names, plan.settings.navigation.release, _kinds(plan)): plan for plan in plans}.values()
-    steps = [preparation(plan.controllers, plan.settings) for plan in different]
-    prepare = steps[0] if len(steps) == 1 else partial(_prepare, steps)
+    prepare = preparation_of((plan.controllers, plan.settings) for plan in plans)
     with (
         ResultStore() if kept is None else exclusive_store(BENCHMARK, kept, resources.wait_s) as store,
         resources.evaluator(run_job, store, prepare) as evaluator,
@@ -363,20 +363,9 @@ def _benchmark_evaluator(kept: Path | None, resources: Resources, plans: Sequenc
         yield evaluator
 
 
-def _kinds(plan: JobPlan) -> tuple[tuple[str, str], ...]:
-    """Return names and kinds of the controllers of a plan's parameters, which decide on the kernels it needs."""
-    return tuple((name, one.kind) for name, one in plan.settings.navigation.controllers.items())
-
-
-def _prepare(steps: Sequence[Callable[[], None]]) -> None:
-    """Do the warm-ups of several plans."""
-    for step in steps:
-        step()
-
-
-def _evaluator(resources: Resources, plan: JobPlan, store: ResultStore | None = None) -> Evaluator:
+def _evaluator(resources: Resources, plan: JobPlan) -> Evaluator:
     """Return the evaluator of a plan; its workers first compile the kernels that the plan needs."""
-    return resources.evaluator(run_job, store, preparation(plan.controllers, plan.settings))
+    return resources.evaluator(run_job, warm_up=preparation_of([(plan.controllers, plan.settings)]))
 
 
 def evolve(
@@ -590,6 +579,7 @@ def tune(
     optuna()
     resources, others = resources.taking(options)
     tuned = TuneSettings(**{name: others.pop(name) for name in list(others) if name in TuneSettings.model_fields})
+    check_alone(settings, others)
     environment = {"noise": "nominal", **others}
     plan, text = tuning_of(controller, train, test, params, space, settings, environment, tuned)
     try_controllers(plan.jobs_with(None).controllers, plan.world)

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import replace
+from itertools import count
 from pathlib import Path
 from typing import Any
 
@@ -49,10 +50,32 @@ def barn_source(maps: Iterable[object]) -> str | None:
 
 
 def load_all(maps: Sequence[Maps], start: PoseLike | None = None, goal: PoseLike | None = None) -> list[Scenario]:
-    """Return the scenarios of some maps, in order; the worlds of ``barn:DIR`` are refined to Nav2's resolution."""
+    """Return the scenarios of some maps, in order, with different names.
+
+    The worlds of ``barn:DIR`` are refined to Nav2's resolution.
+
+    Raises:
+        ConfigError: If maps that have their own start and goal are given others.
+        MapFormatError: If a file is no map.
+    """
     if barn := barn_source(maps):
+        _refuse_task(barn, start, goal)
         return load_barn(barn)
-    return [scenario for item in maps for scenario in _scenarios(item, start, goal)]
+    return numbered([scenario for item in maps for scenario in _scenarios(item, start, goal)])
+
+
+def numbered(scenarios: Sequence[Scenario]) -> list[Scenario]:
+    """Return scenarios with different names, by which tables and tests tell them apart.
+
+    A scenario whose name an earlier one has gets a number: ``office``, ``office_2``.
+    """
+    taken, found = {one.name for one in scenarios}, dict[str, Scenario]()
+    for one in scenarios:
+        numbers = (f"{one.name}_{number}" for number in count(2))
+        name = one.name if one.name not in found else next(name for name in numbers if name not in taken)
+        taken.add(name)
+        found[name] = replace(one, name=name)
+    return list(found.values())
 
 
 def listed(maps: Maps | Sequence[Maps] | None) -> list[Scenario]:
@@ -111,6 +134,17 @@ def own_controllers(read: Nav2Params | None, run: LoadedRun | None) -> Controlle
     return DEFAULT_CONTROLLERS if run is None else experiment_in(run).controllers
 
 
+def check_alone(settings: DriveSettings | None, given: Mapping[str, Any]) -> None:
+    """Refuse other options of the world beside one value that holds all of them.
+
+    Raises:
+        ConfigError: If there is such a value, and any of the others is not None.
+    """
+    for name, value in given.items():
+        if settings is not None and value is not None:
+            raise ConfigError(f"{name}: expected nothing beside settings, which hold it, got {value!r:.80}")
+
+
 def world_from(
     params: str | Nav2Params | None, read: Nav2Params | None, environment: Mapping[str, Any], run: LoadedRun | None
 ) -> DriveSettings:
@@ -138,11 +172,19 @@ def world_of(run: LoadedRun | None) -> DriveSettings:
 
 
 def _scenarios(item: Maps, start: PoseLike | None, goal: PoseLike | None) -> Iterable[Scenario]:
+    if isinstance(item, str | Path):
+        return load_scenarios(item, start=start, goal=goal)
+    _refuse_task("maps that are loaded already", start, goal)
     if isinstance(item, Scenario):
         return [item]
-    if isinstance(item, LoadedRun):
-        return item.best
-    return item if isinstance(item, MapSet) else load_scenarios(item, start=start, goal=goal)
+    return item.best if isinstance(item, LoadedRun) else item
+
+
+def _refuse_task(maps: str, start: PoseLike | None, goal: PoseLike | None) -> None:
+    """Refuse another start or goal for maps that have their own."""
+    for name, pose in (("start", start), ("goal", goal)):
+        if pose is not None:
+            raise ConfigError(f"{name}: expected none for {maps}, which have their own, got {pose!r}")
 
 
 def specs_of(controllers: Controllers) -> tuple[ControllerSpec, ...]:

@@ -49,9 +49,11 @@ def allow_code(allowed: bool = True) -> Iterator[None]:
 @contextmanager
 def only_code_named_in(arguments: Iterable[str]) -> Iterator[None]:
     """Load no code while the ``with`` block lasts but what these arguments of a command name."""
-    parts = [part.strip() for argument in arguments for part in re.split("[=,]", argument)]
+    texts = [text.strip() for argument in arguments for text in argument.split(",")]
+    parts = [part.strip() for text in texts for part in text.split("=")]
     found = [found[1] for part in parts if (found := RUNS_CODE.fullmatch(part))]
-    token = _named.set(frozenset(found))
+    models = [one for text in texts for one in (text, text.partition("=")[2].strip()) if one.endswith(".zip")]
+    token = _named.set(frozenset([*found, *models]))
     try:
         yield
     finally:

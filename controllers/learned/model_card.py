@@ -8,7 +8,7 @@ from __future__ import annotations
 import json
 import zipfile
 from pathlib import Path
-from typing import Any, Literal
+from typing import Any, BinaryIO, Literal
 
 import numpy as np
 from pydantic import Field
@@ -131,9 +131,9 @@ def _differ(one: EnvConfig, other: EnvConfig, groups: tuple[str, ...]) -> bool:
     return any(getattr(one, group) != getattr(other, group) for group in groups)
 
 
-def write_card(path: Path, card: ModelCard) -> None:
+def write_card(model: Path | BinaryIO, card: ModelCard) -> None:
     """Add a card to a model file that has none yet."""
-    with zipfile.ZipFile(path, "a", zipfile.ZIP_DEFLATED) as archive:
+    with zipfile.ZipFile(model, "a", zipfile.ZIP_DEFLATED) as archive:
         archive.writestr(CARD, json.dumps(card.model_dump(mode="json"), indent=1))
 
 

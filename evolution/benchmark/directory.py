@@ -15,7 +15,7 @@ from operator import itemgetter
 from pathlib import Path
 from typing import Any
 
-from evolution.driving import JobPlan
+from evolution.driving import ControllerSpec, JobPlan, model_digest
 from evolution.files import DirectoryKind
 from gym_mapbench.world.scenario import Scenario
 
@@ -48,7 +48,7 @@ def begin_benchmark(path: Path, benchmark: Mapping[str, Any], *, resume: bool) -
 def benchmark_document(scenarios: Sequence[Scenario], plan: JobPlan) -> dict[str, Any]:
     """Return everything that the results depend on; maps and controllers by name, as errors name them."""
     maps = {f"{number} {scenario.name}": scenario.digest for number, scenario in enumerate(scenarios, start=1)}
-    controllers = {spec.name: spec.model_dump(mode="json", exclude={"name"}) for spec in plan.controllers}
+    controllers = {spec.name: _controller_document(spec) for spec in plan.controllers}
     settings = plan.settings.model_dump(mode="json")
     return {
         "maps": maps,
@@ -58,3 +58,10 @@ def benchmark_document(scenarios: Sequence[Scenario], plan: JobPlan) -> dict[str
         "metrics": list(plan.metrics),
         "settings": settings,
     }
+
+
+def _controller_document(spec: ControllerSpec) -> dict[str, Any]:
+    """Return what defines a controller besides its name."""
+    document: dict[str, Any] = spec.model_dump(mode="json", exclude={"name"})
+    digest = model_digest(spec)
+    return document if digest is None else {**document, "model": digest}

@@ -30,6 +30,8 @@ from evolution.report import new_page, write_benchmark_report
 from evolution.search import DEFAULT_CONTROLLERS
 from gym_mapbench.errors import ConfigError
 
+BARN_FACTOR = 2.0
+"""Default of ``--lo``: BARN's present rule."""
 EXAMPLES = """  mapbench bench runs/first --repeats 10           the best maps of a search, in its world, with new seeds
   mapbench bench office.yaml --params nav2_params.yaml --start 1,1,0 --goal 8,6,1.57
   mapbench bench a.yaml b.yaml --controllers dwb,rpp --format json > results.json
@@ -65,9 +67,9 @@ def add_parser(subparsers: argparse._SubParsersAction[argparse.ArgumentParser]) 
     parser.add_argument(
         "--lo",
         type=options.positive_number,
-        default=2.0,
         metavar="FACTOR",
-        help="BARN score, only for barn:DIR: a run faster than FACTOR optimal times scores no more (default 2)",
+        help="BARN score, only for barn:DIR: a run faster than FACTOR optimal times scores no more (default "
+        f"{BARN_FACTOR:g})",
     )
     parser.add_argument(
         "--metric",
@@ -101,6 +103,8 @@ def run(args: argparse.Namespace) -> int:
     """Run the benchmark and print it; return 1 if a rule of ``--fail-if`` is broken."""
     if args.resume and args.out is None:
         raise ConfigError("--resume: expected the directory to continue, --out DIR")
+    if args.lo is not None and not barn_source(args.maps):
+        raise ConfigError(f"--lo: expected barn:DIR beside it, got {args.maps[0]}")
     if is_comparison(args):
         return run_comparison(args)
     searched = run_of(args.maps)
@@ -116,7 +120,6 @@ def run(args: argparse.Namespace) -> int:
             settings=settings,
             start=args.start,
             goal=args.goal,
-            unknown_map=args.unknown_map,
             repeats=args.repeats,
             seed=args.seed,
             metrics=args.metric,
@@ -128,7 +131,7 @@ def run(args: argparse.Namespace) -> int:
     as_set = [reevaluation_sentence(result.reevaluation, searched)] if result.reevaluation and searched else []
     print_benchmark(result, args.format, as_set)
     if barn := barn_source(args.maps):
-        _print_barn(score_runs(result, barn, args.lo), barn)
+        _print_barn(score_runs(result, barn, args.lo or BARN_FACTOR), barn)
         if not args.unknown_map:
             note(KNOWN_MAP)
     if page is not None:

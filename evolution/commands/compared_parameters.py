@@ -129,7 +129,6 @@ def _plan(args: argparse.Namespace, searched: LoadedRun | None) -> JobPlan:
     """Return the runs that the options of a benchmark with one parameter file describe."""
     controllers = driving_options.controllers_of(args, searched)
     settings = driving_options.drive_settings(args, world_of(searched))
-    settings = settings.replace(unknown_map=args.unknown_map or settings.unknown_map)
     driving_options.note_models(controllers, settings)
     default = 0 if searched is None else searched.config["search"]["seed"] + 1
     seed = default if args.seed is None else args.seed

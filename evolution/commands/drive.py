@@ -72,7 +72,7 @@ def run(args: argparse.Namespace) -> int:
         raise ConfigError(f"--scenario: expected 1 to {len(scenarios)}, got {args.scenario}")
     scenario = scenarios[args.scenario - 1]
     searched = run_of([args.map])
-    settings = driving_options.drive_settings(args, world_of(searched)).replace(unknown_map=args.unknown_map)
+    settings = driving_options.drive_settings(args, world_of(searched))
     check_room([scenario], settings)
     known = driving_options.controllers_known_from(searched, args)
     controllers = driving_options.listed_controllers(args.controller, known)

@@ -228,7 +228,8 @@ def drive_settings(args: argparse.Namespace, base: DriveSettings | None = None) 
     settings = settings.replace(environment=_environment(args, settings.environment))
     if read is not None:
         describe_parameter_file(read, args, settings.environment)
-    return settings.replace(navigation=_navigation(args, settings))
+    settings = settings.replace(navigation=_navigation(args, settings))
+    return settings.replace(unknown_map=True) if vars(args).get("unknown_map") else settings
 
 
 def _of_release(navigation: NavigationParams, release: Release) -> NavigationParams:

@@ -127,10 +127,15 @@ def run(args: argparse.Namespace) -> int:
 def _refuse_others(args: argparse.Namespace) -> None:
     """Refuse options beside ``--resume``: a run is continued with its own options."""
     other = ("resume", "run", "command", "given", *BESIDE_RESUME)
-    given = [name for name in vars(args) if name not in other and getattr(args, name)]
+    given = [name for name, value in vars(args).items() if name not in other and _is_given(value)]
     if given:
         allowed, came = options.written(BESIDE_RESUME), options.written(given[:1])
         raise ConfigError(f"--resume: expected no other option than {allowed}, got {came}")
+
+
+def _is_given(value: object) -> bool:
+    """Return whether an option has another value than one that was left out; 0 is given."""
+    return value is not None and value is not False and value != []
 
 
 def _experiment(args: argparse.Namespace) -> Experiment:

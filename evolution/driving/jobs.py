@@ -11,6 +11,7 @@ import json
 from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, field
 from functools import cached_property
+from pathlib import Path
 from typing import Annotated, ClassVar
 
 from pydantic import AfterValidator, ConfigDict, Field, JsonValue, TypeAdapter
@@ -185,9 +186,9 @@ class JobPlan:
     @cached_property
     def _setups(self) -> tuple[str, ...]:
         """For each controller, the digest of everything but scenario and seed."""
-        settings = self.settings.model_dump(mode="json")
+        of_all = PACKAGE_VERSION, self.settings.model_dump(mode="json")
         return tuple(
-            digest_of([PACKAGE_VERSION, settings, spec.model_dump(mode="json"), *self.metrics])
+            digest_of([*of_all, spec.model_dump(mode="json"), *self.metrics, *filter(None, [model_digest(spec)])])
             for spec in self.controllers
         )
 
@@ -204,6 +205,17 @@ class JobPlan:
         noise_seed = derive_seed(self.root_seed, scenario.world_digest, ALL_CONTROLLERS, repeat)
         key = digest_of([setup, scenario.digest, seed, noise_seed, repeat])
         return Job(scenario, spec, self.settings, repeat, seed, noise_seed, self.metrics, key)
+
+
+def model_digest(spec: ControllerSpec) -> str | None:
+    """Return the content hash of a controller's model: another model in the same file is another controller.
+
+    None for controllers without a file, and for a file that cannot be read, which whoever runs it reports.
+    """
+    path = Path(spec.registered_name)
+    if path.suffix != ".zip" or not path.is_file():
+        return None
+    return hashlib.blake2b(path.read_bytes(), digest_size=16).hexdigest()
 
 
 def check_metric(name: str) -> str:

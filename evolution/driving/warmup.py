@@ -7,7 +7,6 @@ at a time does a drill, and the others then load its kernels from numba's cache.
 from __future__ import annotations
 
 import math
-import tempfile
 import time
 from collections.abc import Callable, Iterable, Iterator
 from contextlib import contextmanager, suppress
@@ -19,7 +18,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from controllers.base import ControllerAbort, ControllerError, FollowerSetup, Twist
-from controllers.nav2_params import load_preset
+from controllers.nav2_params import NavigationParams, load_preset
 from controllers.navigator.navigator import Navigator
 from controllers.registry import FOLLOWERS
 from controllers.releases import Release
@@ -51,16 +50,32 @@ PAUSE_SECONDS = 0.05
 
 
 def preparation(controllers: Iterable[ControllerSpec], settings: DriveSettings) -> Callable[[], None]:
-    """Return a warm-up for workers that loads the kernels of these controllers and no others.
+    """Return a warm-up for workers that loads the kernels of these controllers and no others."""
+    return preparation_of([(controllers, settings)])
+
+
+def preparation_of(worlds: Iterable[tuple[Iterable[ControllerSpec], DriveSettings]]) -> Callable[[], None]:
+    """Return a warm-up for workers whose runs are in several worlds, each with its controllers.
 
     If nothing is compiled yet, the kernels that came with the package are taken where they are this machine's.
     """
     if not is_compiled():
         import_shipped_kernels()
-    navigation = settings.navigation
+    kinds: dict[Release, set[str]] = {}
+    for controllers, settings in worlds:
+        kinds.setdefault(settings.navigation.release, set()).update(_kinds(controllers, settings.navigation))
+    return partial(_warm_up_all, tuple((tuple(sorted(some)), release) for release, some in kinds.items()))
+
+
+def _kinds(controllers: Iterable[ControllerSpec], navigation: NavigationParams) -> set[str]:
+    """Return the kinds of those controllers that are Nav2's."""
     names = [spec.registered_name for spec in controllers]
-    kinds = {navigation.controller(name).kind for name in names if name in FOLLOWERS or name in navigation.controllers}
-    return partial(warm_up, tuple(sorted(kinds)), navigation.release)
+    return {navigation.controller(name).kind for name in names if name in FOLLOWERS or name in navigation.controllers}
+
+
+def _warm_up_all(of_releases: Iterable[tuple[tuple[str, ...], Release]]) -> None:
+    for kinds, release in of_releases:
+        warm_up(kinds, release)
 
 
 def warm_up(kinds: Iterable[str] = ("dwb", "mppi", "rpp"), release: Release = "humble") -> None:
@@ -78,8 +93,12 @@ def warm_up(kinds: Iterable[str] = ("dwb", "mppi", "rpp"), release: Release = "h
 def is_compiled() -> bool:
     """Whether this machine seems to have compiled the kernels of this version of the code before."""
     line = inflate.py_func.__code__.co_firstlineno  # type: ignore[attr-defined]
-    cache = Path(inflate.stats.cache_path)  # type: ignore[attr-defined]
-    return any(cache.glob(f"inflation.inflate-{line}.*.nbi"))
+    return any(_cache().glob(f"inflation.inflate-{line}.*.nbi"))
+
+
+def _cache() -> Path:
+    """Return the directory in which the compiled kernels of one module are, as a sign of all."""
+    return Path(inflate.stats.cache_path)  # type: ignore[attr-defined]
 
 
 def _place(name: str) -> int:
@@ -100,12 +119,12 @@ def _share(drills: dict[str, Callable[[], None]]) -> None:
 
 @contextmanager
 def _claim(name: str) -> Iterator[bool]:
-    """Whether no other process on this machine does the drill; none begins it while the ``with`` block lasts.
+    """Whether no other process with these kernel files does the drill; none begins it while the ``with`` block lasts.
 
     The lock of a process ends with the process. Where files cannot be locked, every drill is free.
     """
     try:
-        lock = (Path(tempfile.gettempdir()) / f"mapbench-{Path.home().name}-{name}.lock").open("w")
+        lock = (_cache() / f"{name}.lock").open("w")
     except OSError:
         yield True
         return

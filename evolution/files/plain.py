@@ -18,6 +18,7 @@ from numpy.typing import NDArray
 from gym_mapbench.errors import RunError
 from gym_mapbench.files import bounded
 from gym_mapbench.files.documents import parse_json
+from gym_mapbench.files.replacing import replaced_at_once
 from gym_mapbench.world.gridmap import GridMap
 
 Row = dict[str, Any]
@@ -39,11 +40,9 @@ def written_at_once(path: Path) -> Iterator[BinaryIO]:
     Raises:
         WriteError: If it cannot be written.
     """
-    partial = path.with_name(f".{path.name}.partial")
     try:
-        with open(partial, "wb", opener=_no_link) as file:
+        with replaced_at_once(path) as file:
             yield file
-        os.replace(partial, path)
     except OSError as error:
         raise WriteError(f"{path}: cannot be written ({error.strerror})") from None
 

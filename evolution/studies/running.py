@@ -9,7 +9,7 @@ from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import Literal
 
-from evolution.driving import DEFAULT_RESOURCES, Evaluator, Job, OnRun, Resources, RunResult, warm_up
+from evolution.driving import DEFAULT_RESOURCES, Evaluator, Job, OnRun, Resources, RunResult, preparation_of
 from evolution.files import WriteError
 from evolution.runs import RecordedExperiment, exclusive_store, load_run
 from evolution.search import Progress
@@ -88,9 +88,10 @@ def run_study(
     chosen = _chosen(settings, tasks, only)
     seeds = settings.seeds[: settings.runs if runs is None else runs]
     directory = _directory(path, settings, begun)
+    prepare = preparation_of((task.experiment.controllers, task.experiment.run) for task in chosen)
     with (
         exclusive_store(STUDY, directory.path, resources.wait_s) as store,
-        resources.evaluator(run_study_job, store, warm_up, _StudyEvaluator) as evaluator,
+        resources.evaluator(run_study_job, store, prepare, _StudyEvaluator) as evaluator,
     ):
         work = sum(work_of(first) * len(_of(settings, first, seeds)) for first in chosen)
         study = _Study(directory, evaluator, _Meter(evaluator, work, on_progress))

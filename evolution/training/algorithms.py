@@ -5,6 +5,7 @@ from __future__ import annotations
 import importlib
 import importlib.util
 import inspect
+import io
 import warnings
 from collections.abc import Iterator
 from contextlib import contextmanager, nullcontext
@@ -133,12 +134,11 @@ def save_model(model: Any, path: Path, card: ModelCard, *, to_drive: bool = Fals
         to_drive: Whether to leave out the state that only learning needs, which is most of the file: the state of the
             optimizers and the latest observations.
     """
-    partial = path.with_name(f".{path.name}")
+    content = io.BytesIO()
     with _forgetful(model) if to_drive else nullcontext():
-        model.save(partial, exclude=LEARNER_STATE if to_drive else None)
-    write_card(partial, card)
-    write_bytes(path, partial.read_bytes())
-    partial.unlink()
+        model.save(content, exclude=LEARNER_STATE if to_drive else None)
+    write_card(content, card)
+    write_bytes(path, content.getvalue())
 
 
 def card_of(settings: TrainSettings, statistics: Any, **training: Any) -> ModelCard:

@@ -21,13 +21,12 @@ A map of motifs has its genes (:class:`~gym_mapbench.world.genome.Genome`); the 
 from __future__ import annotations
 
 import json
-import os
-import tempfile
 from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
 from gym_mapbench.errors import ConfigError, MapFormatError
+from gym_mapbench.files.replacing import replaced_at_once
 from gym_mapbench.generator import read_genome
 from gym_mapbench.mapio.source import MAX_JSON_BYTES, as_number, as_numbers, check_size, read_json, short
 from gym_mapbench.mapio.tasked_map import Task, TaskedMap, group_scenarios
@@ -92,15 +91,8 @@ def map_set_text(maps: Sequence[TaskedMap]) -> str:
 
 def write_map_set(maps: Sequence[TaskedMap], path: Path) -> None:
     """Write a map-set file; a file that is there is replaced in one step, so that it is never half written."""
-    handle, partial = tempfile.mkstemp(dir=path.parent, prefix=f".{path.name}.")
-    try:
-        with os.fdopen(handle, "w", encoding="utf-8") as file:
-            file.write(map_set_text(maps))
-        os.chmod(partial, 0o644)  # mkstemp makes it private
-        os.replace(partial, path)
-    except BaseException:
-        os.unlink(partial)
-        raise
+    with replaced_at_once(path) as file:
+        file.write(map_set_text(maps).encode())
 
 
 def save_map_set(map_set: MapSet, path: str | Path) -> None:

@@ -10,6 +10,7 @@ from controllers.registry import FOLLOWERS, controller_names, make_controller
 from controllers.rl import as_controller
 from gym_mapbench import registry
 from gym_mapbench.errors import ConfigError, PluginError
+from gym_mapbench.trust import only_code_named_in
 from tests.controllers.plain_follower import PlainFollower
 
 
@@ -89,6 +90,19 @@ def test_refusals(arguments, message):
         make_controller(**arguments)
     assert message in str(refused.value)
     assert "\n" not in str(refused.value)
+
+
+@pytest.mark.parametrize(
+    ("arguments", "path"),
+    [
+        ({"name": "learned=runs/lr=3/m.zip"}, "runs/lr=3/m.zip"),
+        ({"name": "runs/lr=3/m.zip", "label": "learned"}, "runs/lr=3/m.zip"),
+    ],
+)
+def test_the_folder_of_a_model_may_have_an_equals_sign(arguments, path):
+    named = only_code_named_in(["bench", "--controllers", "dwb,learned=runs/lr=3/m.zip"])
+    with named, pytest.raises(ConfigError, match=f"^learned: {path} does not exist"):
+        make_controller(**arguments)
 
 
 def make_mine(navigation, speed=0.1):

@@ -3,21 +3,27 @@
 from __future__ import annotations
 
 import json
+import shutil
 import subprocess
 import sys
 from pathlib import Path
 
+import numpy as np
 import pytest
+from hypothesis import given
+from hypothesis import strategies as st
 
 import evolution
-from evolution import bench, evolve, load, study
+from evolution import bench, evolve, load, minimize, study, tune
 from evolution.cli import main
 from evolution.files import Table
-from evolution.inputs import world_of
+from evolution.inputs import numbered, world_of
 from evolution.studies import StudyResults
 from gym_mapbench.errors import ConfigError, RunError
 from gym_mapbench.mapio import load_scenarios
+from gym_mapbench.world.gridmap import GridMap
 from gym_mapbench.world.noise import read_noise
+from gym_mapbench.world.scenario import Pose, Scenario
 from tests.evolution import fake_runs
 
 OFFICE = Path(__file__).resolve().parents[2] / "examples" / "office.yaml"
@@ -27,7 +33,7 @@ OFFICE = Path(__file__).resolve().parents[2] / "examples" / "office.yaml"
 def fake_robot(monkeypatch):
     """Runs without a robot."""
     monkeypatch.setattr("evolution.api.run_job", fake_runs.misbehave)
-    monkeypatch.setattr("evolution.api.preparation", lambda *_: None)
+    monkeypatch.setattr("evolution.api.preparation_of", lambda *_: None)
     monkeypatch.setattr("evolution.api.write_run_figures", lambda _: None)
 
 
@@ -195,3 +201,50 @@ def test_a_script_needs_no_guard(tmp_path):
     assert done.returncode == 0, done.stderr
     assert done.stdout.count("began") == 1
     assert "2 timeout" in done.stdout
+
+
+@pytest.mark.usefixtures("fake_robot")
+def test_maps_of_one_name_stay_apart(tmp_path):
+    """By their names alone the pairs of two maps would be those of one."""
+    for file in OFFICE.parent.glob("office*.*"):
+        shutil.copy(file, tmp_path)
+    result = bench([OFFICE, tmp_path / "office.yaml", OFFICE], ["rpp", "far=rpp"], workers=1)
+    assert [row["map"] for row in result.rows if row["controller"] == "far"] == ["office", "office_2", "office_3"]
+    assert [row["pairs"] for row in result.table("pairs")] == [3]
+
+
+@given(names=st.lists(st.sampled_from(["a", "a_2", "a_3", "b"]), max_size=8))
+def test_different_names_are_kept_and_the_same_are_numbered(names):
+    empty = GridMap(np.zeros((3, 3), np.bool_))
+    scenarios = [Scenario(empty, Pose(0.01, 0.01), Pose(0.02, 0.02), name) for name in names]
+    found = [one.name for one in numbered(scenarios)]
+    assert len(set(found)) == len(names)
+    assert [name for name in found if name in names] == list(dict.fromkeys(names))
+    assert all(new == name or new.startswith(f"{name}_") for new, name in zip(found, names, strict=True))
+
+
+@pytest.mark.parametrize(
+    ("options", "message"),
+    [
+        ({"robot": "jackal"}, "robot: expected nothing beside settings, which hold it, got 'jackal'"),
+        ({"params": "fair"}, "params: expected nothing beside settings, which hold it, got 'fair'"),
+        ({"nonsense": 3}, "nonsense: expected nothing beside settings, which hold it, got 3"),
+    ],
+)
+def test_a_world_in_one_value_stands_alone(options, message):
+    with pytest.raises(ConfigError, match=message):
+        bench(OFFICE, ["rpp"], settings=world_of(None), **options)
+
+
+def test_other_functions_refuse_a_second_world_too(tmp_path):
+    world = world_of(None)
+    with pytest.raises(ConfigError, match="noise: expected nothing beside settings"):
+        minimize(OFFICE, "order", ["rpp", "dwb"], out=tmp_path / "m", settings=world, noise="rough")
+    with pytest.raises(ConfigError, match="robot: expected nothing beside settings"):
+        tune("rpp", OFFICE, OFFICE, out=tmp_path / "t", settings=world, robot="jackal")
+
+
+@pytest.mark.parametrize("maps", ["barn:nowhere", load_scenarios(OFFICE)[0]])
+def test_maps_with_a_task_of_their_own_take_no_other(maps):
+    with pytest.raises(ConfigError, match=r"goal: expected none for .* which have their own"):
+        bench(maps, ["rpp"], goal=(1.0, 1.0, 0.0))

@@ -24,9 +24,9 @@ from evolution.driving import (
     Resources,
     RunResult,
     check_room,
+    preparation_of,
     run_job,
     try_controllers,
-    warm_up,
 )
 from evolution.files import DirectoryKind, Row, Table, Tabled, csv_of, read_csv, write_text
 from evolution.pictures import effects_figure, save_figure
@@ -105,9 +105,10 @@ def run_sweep(
         _check(settings, name, scenarios)
     _begin(path, settings, resume)
     jobs = [(name, job) for name in worlds for scenario in scenarios for job in plans[name].jobs(scenario)]
+    prepare = preparation_of((plan.controllers, plan.settings) for plan in plans.values())
     with (
         exclusive_store(SWEEP, path, resources.wait_s) as store,
-        resources.evaluator(run_job, store, warm_up) as evaluator,
+        resources.evaluator(run_job, store, prepare) as evaluator,
     ):
         results = evaluator.run([job for _, job in jobs], on_run)
         rows = tuple(_row(name, job, result) for (name, job), result in zip(jobs, results, strict=True))

@@ -119,6 +119,9 @@ def test_ctrl_c_while_a_command_is_imported_is_one_line(monkeypatch, capsys):
         (["evolve", "--metric", "time", "--failures", "never"], "never"),
         (["evolve", "--resume", "nowhere"], "nowhere"),
         (["evolve", "--resume", "nowhere", "--pop-size", "9"], "--pop-size"),
+        (["evolve", "--resume", "nowhere", "--seed", "0"], "--seed"),
+        (["evolve", "--resume", "nowhere", "--people", "0"], "--people"),
+        (["bench", OFFICE, "--lo", "4"], "--lo: expected barn:DIR beside it"),
         (["evolve", "--config", "nowhere.yaml"], "nowhere.yaml"),
         (["validate", "nowhere"], "nowhere"),
         (["maps", "info", "nowhere.map"], "nowhere.map"),
@@ -176,7 +179,7 @@ def test_controllers_faster_than_the_world_are_refused(tmp_path, capsys):
 def fake_robot(monkeypatch):
     """Runs without a robot, of which those of the controller ``raises`` end in an error."""
     monkeypatch.setattr("evolution.api.run_job", fake_runs.misbehave)
-    monkeypatch.setattr("evolution.api.preparation", lambda *_: fake_runs.touch_warm_up)
+    monkeypatch.setattr("evolution.api.preparation_of", lambda *_: fake_runs.touch_warm_up)
     monkeypatch.setattr("evolution.api.write_run_figures", lambda _: None)
 
 

@@ -20,7 +20,8 @@ from evolution.cli import build_parser, main
 from evolution.commands import COMMANDS, console, doctor
 from evolution.commands.catalogue import KINDS
 from evolution.commands.console import be_quiet, note, say
-from evolution.driving import kernel_files
+from evolution.commands.driving_options import drive_settings
+from evolution.driving import DriveSettings, kernel_files
 from evolution.files import readable
 from gym_mapbench.world.noise import NOISES
 from gym_mapbench.world.robot import ROBOTS
@@ -228,3 +229,12 @@ def test_the_doctor_names_what_is_missing(monkeypatch):
 )
 def test_digits(values, texts):
     assert readable(values) == texts
+
+
+def test_the_costmaps_of_a_run_without_the_map_stay_so():
+    """``bench`` and ``drive`` take the world of a run as it is, unless an option says otherwise."""
+    parser = build_parser("drive")
+    base = DriveSettings(navigation="thesis")
+    for given, asked, expected in [(False, [], False), (True, [], True), (False, ["--unknown-map"], True)]:
+        args = parser.parse_args(["drive", "map.yaml", "--controller", "rpp", *asked])
+        assert drive_settings(args, base.replace(unknown_map=given)).unknown_map == expected

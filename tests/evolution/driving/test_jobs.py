@@ -38,6 +38,24 @@ def test_the_metric_of_a_search_is_measured():
     assert Experiment(search, (ControllerSpec(name="dwb"),), WORLD).plan.metrics == (MINE,)
 
 
+def test_another_model_in_the_same_file_is_another_controller(tmp_path):
+    """A training that goes on writes its best model into the same file; its stored runs are those of another one."""
+    model = tmp_path / "best_model.zip"
+    spec = ControllerSpec(name="learned", kind=str(model))
+
+    def keys():
+        plan = JobPlan((ControllerSpec(name="dwb"), spec), WORLD)
+        return [job.key for job in plan.jobs(map_sets(1)[0][0])]
+
+    model.write_bytes(b"first")
+    first = keys()
+    assert keys() == first
+    model.write_bytes(b"second")
+    second = keys()
+    assert first[0] == second[0]
+    assert first[1] != second[1]
+
+
 def test_wrong_metrics():
     with pytest.raises(ConfigError, match="unknown metric 'tmie'; did you mean 'time'"):
         plan_of("tmie")

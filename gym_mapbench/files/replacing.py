@@ -1,0 +1,29 @@
+"""Files that are complete at any moment: they are written under another name, and renamed."""
+
+from __future__ import annotations
+
+import os
+import secrets
+from collections.abc import Iterator
+from contextlib import contextmanager, suppress
+from pathlib import Path
+from typing import BinaryIO
+
+
+@contextmanager
+def replaced_at_once(path: Path) -> Iterator[BinaryIO]:
+    """Write a file in one step: after the ``with`` block it is complete, before and on an error as it was.
+
+    Several processes may write the same file; the last one to end wins. A link at ``path`` is replaced, not followed.
+
+    Raises:
+        OSError: If it cannot be written.
+    """
+    partial = path.with_name(f".{path.name}.{secrets.token_hex(4)}")
+    try:
+        with open(partial, "xb") as file:
+            yield file
+        os.replace(partial, path)
+    finally:
+        with suppress(OSError):
+            partial.unlink()

@@ -1,0 +1,64 @@
+"""Files that are complete at any moment, whoever else writes them."""
+
+from __future__ import annotations
+
+import threading
+
+import pytest
+
+from gym_mapbench.files.replacing import replaced_at_once
+
+
+def test_a_file_is_replaced_in_one_step(tmp_path):
+    file = tmp_path / "a"
+    file.write_bytes(b"before")
+    with replaced_at_once(file) as target:
+        target.write(b"after")
+        target.flush()
+        assert file.read_bytes() == b"before"
+    assert file.read_bytes() == b"after"
+    assert list(tmp_path.iterdir()) == [file]
+
+
+def test_an_error_leaves_it_as_it_was_and_nothing_beside_it(tmp_path):
+    file = tmp_path / "a"
+    file.write_bytes(b"before")
+    with pytest.raises(TypeError), replaced_at_once(file) as target:
+        target.writelines([b"aft", None])
+    assert file.read_bytes() == b"before"
+    assert list(tmp_path.iterdir()) == [file]
+
+
+def test_a_link_is_replaced_and_its_target_stays(tmp_path):
+    target, link = tmp_path / "target", tmp_path / "link"
+    target.write_bytes(b"mine")
+    link.symlink_to(target)
+    with replaced_at_once(link) as file:
+        file.write(b"other")
+    assert target.read_bytes() == b"mine"
+    assert link.read_bytes() == b"other"
+    assert not link.is_symlink()
+
+
+def test_several_writers_do_not_disturb_each_other(tmp_path):
+    """With one name for the unfinished file, they would write into and rename each other's."""
+    file, errors, seen = tmp_path / "a", [], set()
+
+    def write(letter):
+        try:
+            for _ in range(50):
+                with replaced_at_once(file) as target:
+                    for _ in range(10):
+                        target.write(letter * 1000)
+                seen.add(bytes(set(file.read_bytes())))
+                assert file.stat().st_size == 10_000
+        except BaseException as error:  # a thread's error would be lost
+            errors.append(error)
+
+    threads = [threading.Thread(target=write, args=(letter,)) for letter in (b"x", b"y", b"z")]
+    for thread in threads:
+        thread.start()
+    for thread in threads:
+        thread.join()
+    assert not errors
+    assert seen <= {b"x", b"y", b"z"}
