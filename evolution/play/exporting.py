@@ -65,21 +65,26 @@ def page_with(recorded: dict[str, Any]) -> str:
         recorded: ``state``, ``replies`` and ``instants``, JSON-able.
     """
     modules = {path.stem: path for path in sorted(PAGE.glob("*.js"))} | {"server": RECORDED_SERVER}
-    imports = {name: _as_url("text/javascript", _by_name(path.read_text())) for name, path in modules.items()}
+    imports = {name: _as_url("text/javascript", _by_name(_text_of(path))) for name, path in modules.items()}
     scripts = [
         f'<script type="application/json" id="recorded">{_inside_script(recorded)}</script>',
         f'<script type="importmap">{_inside_script({"imports": imports})}</script>',
         '<script type="module">import "main";</script>',
     ]
-    text = (PAGE / INDEX).read_text()
-    icon = _as_url("image/svg+xml", (PAGE / "icon.svg").read_text())
+    text = _text_of(PAGE / INDEX)
+    icon = _as_url("image/svg+xml", _text_of(PAGE / "icon.svg"))
     for old, new in {
         'href="static/icon.svg"': f'href="{icon}"',
-        '<link rel="stylesheet" href="static/style.css">': f"<style>{(PAGE / 'style.css').read_text()}</style>",
+        '<link rel="stylesheet" href="static/style.css">': f"<style>{_text_of(PAGE / 'style.css')}</style>",
         '<script type="module" src="static/main.js"></script>': "\n".join(scripts),
     }.items():
         text = text.replace(old, new)
     return text
+
+
+def _text_of(path: Path) -> str:
+    """Return the text of a file of the page."""
+    return path.read_text(encoding="utf-8")
 
 
 def _instants(driven: Driven, track: Track) -> list[Data]:

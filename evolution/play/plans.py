@@ -10,7 +10,7 @@ import json
 import shlex
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, field
-from functools import cache, lru_cache
+from functools import cache, cached_property, lru_cache
 from pathlib import Path
 from tempfile import TemporaryDirectory
 from typing import Any
@@ -60,6 +60,15 @@ class Given:
     def presets(self) -> tuple[str, ...]:
         """Names of the sets of parameters, the file first."""
         return ((FILE,) if self.file else ()) + PRESETS
+
+    @cached_property
+    def release(self) -> Release | None:
+        """Release of the parameter file, whichever of its controllers are not built here; None without a file."""
+        if (file := self.file) is None:
+            return None
+        return read_nav2_params(
+            file.params, release=file.nav2, defines=file.define, only=file.only, anyone=True
+        ).navigation.release
 
     def controller(self, name: str) -> ControllerSpec:
         """Return a controller by its name.
@@ -219,10 +228,9 @@ def _checked_preset(name: str, given: Given) -> str:
 
 def _reading(world: WorldSettings, given: Given) -> tuple[Release, tuple[tuple[str, str], ...], str | None]:
     """Return the release of a parameter file, the values of its placeholders, and its controller."""
-    if world.preset != FILE or given.file is None:
+    if world.preset != FILE or given.file is None or given.release is None:
         return load_preset(world.preset).release, (), None
-    file = given.file
-    return file.nav2 or file.load().release, tuple(file.define.items()), file.only
+    return given.release, tuple(given.file.define.items()), given.file.only
 
 
 @lru_cache(maxsize=64)

@@ -25,6 +25,8 @@ MAX_CELLS = 1_000_000
 """Most cells of a map whose changes are searched."""
 BATCH = 4
 """Maps that are changed and run together."""
+MOST_KNOWN = 50
+"""Changes that were tried before, after which no further one is looked for in a batch."""
 OFFERED = 3
 FOUND = {
     "harder": ("map is harder", "maps are harder"),
@@ -47,23 +49,27 @@ class _Tried:
 def search(driven: Driven, asked: AskSearch, track: Track, wanted: Callable[[], bool], send: Send) -> None:
     """Change the map near the path again and again; sends ``offers`` with the best three after each batch.
 
+    The search ends early where no change is left that was not tried.
+
     Raises:
         CancelledError: If something newer is wanted.
         ConfigError: If the map is too large.
     """
     _check_size(driven.scenario)
     seed = derive_seed(driven.request.settings.seed, driven.scenario.world_digest, asked.goal, 0)
-    rng, done, of = np.random.default_rng(seed), 0, asked.runs - asked.runs % len(driven.variants)
+    rng, each = np.random.default_rng(seed), len(driven.variants)
     (first,) = _tried(driven, [(driven.scenario, ())], asked.goal, track, wanted)
     best, seen = [first], {driven.scenario.digest}
-    while done < of:
-        count = min(BATCH, (of - done) // len(driven.variants))
-        changed = _changes(driven, best, count, seen, rng)
+    done, maps = 0, max(asked.runs // each, 1)
+    while done < maps:
+        changed = _changes(driven, best, min(BATCH, maps - done), seen, rng)
         tried = _tried(driven, changed, asked.goal, track, wanted)
         best = sorted([*best, *tried], key=lambda one: one.score, reverse=True)[: OFFERED + 1]
-        done += count * len(driven.variants)
+        done += len(changed)
+        maps = maps if changed else done
         better = [one for one in best if one.score > first.score][:OFFERED]
-        send(_offers(asked, done, of, [_offer(one, first) for one in better], _found(asked, better, done)))
+        offers = [_offer(one, first) for one in better]
+        send(_offers(asked, done * each, maps * each, offers, _found(asked, better, done * each)))
 
 
 def why(driven: Driven, asked: AskWhy, track: Track, wanted: Callable[[], bool], send: Send) -> None:
@@ -136,18 +142,21 @@ class _Counted:
 def _changes(
     driven: Driven, best: Sequence[_Tried], count: int, seen: set[str], rng: np.random.Generator
 ) -> list[tuple[Scenario, tuple[str, ...]]]:
-    """Return new maps, each a change of one of the best.
+    """Return new maps, each a change of one of the best; fewer where many changes in a row are known.
 
     Raises:
         ConfigError: If there is no way on the map.
     """
     robot = driven.variants[0].plan.settings.robot
     found: list[tuple[Scenario, tuple[str, ...]]] = []
-    while len(found) < count:
+    known = 0
+    while len(found) < count and known < MOST_KNOWN:
         changed = change_near_way(best[int(rng.integers(len(best)))].scenario, robot, rng)
         if changed is None:
             raise ConfigError("search: expected a map with room for the robot from start to goal, and for a change")
-        if changed[0].digest not in seen:
+        if changed[0].digest in seen:
+            known += 1
+        else:
             seen.add(changed[0].digest)
             found.append(changed)
     return found

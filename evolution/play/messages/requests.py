@@ -137,7 +137,7 @@ class AskSearch(Settings):
     Args:
         id: The ``drive``.
         goal: ``harder``: the best variant needs more time or fails. ``apart``: the times differ more (Gini).
-        runs: Most runs of the search.
+        runs: Most runs on changed maps; every variant drives at least one.
     """
 
     type: Literal["search"] = "search"

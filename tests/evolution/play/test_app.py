@@ -9,6 +9,7 @@ import pytest
 
 from evolution.api import bench
 from evolution.play.messages import MAX_TEXT
+from evolution.search import change_near_way
 
 FIELDS = {
     "outcome": "outcome",
@@ -157,16 +158,35 @@ def test_of_a_thousand_edits_in_a_row_the_newest_is_answered(page, session):
     assert answers[-1]["type"] == "answer"
 
 
-def test_a_search_offers_maps_that_are_harder(page, session):
+def last_offers(page, session, runs):
+    """Search on the map of the session, with its two variants; return the last reply."""
     with page.connect() as socket:
         socket.send_json(drive_of(session, 8))
         until(socket, "answer")
-        socket.send_json({"type": "search", "id": 8, "goal": "harder", "runs": 8})
+        socket.send_json({"type": "search", "id": 8, "goal": "harder", "runs": runs})
         offers = until(socket, "offers")
         while not offers[-1].get("finished", True):
             offers = until(socket, "offers")
-    assert (offers[-1]["done"], offers[-1]["of"]) == (8, 8)
-    assert len(offers[-1]["offers"]) <= 3
+    return offers[-1]
+
+
+@pytest.mark.parametrize(("runs", "done"), [(8, 8), (1, 2)])
+def test_a_search_offers_maps_that_are_harder(page, session, runs, done):
+    last = last_offers(page, session, runs)
+    assert (last["done"], last["of"]) == (done, done)
+    assert len(last["offers"]) <= 3
+
+
+def test_a_search_ends_where_no_change_is_new(page, session, monkeypatch):
+    changed = []
+
+    def same(scenario, robot, rng):
+        changed[1:] = [] if changed else [change_near_way(scenario, robot, rng)]
+        return changed[0]
+
+    monkeypatch.setattr("evolution.play.searches.change_near_way", same)
+    last = last_offers(page, session, 8)
+    assert (last["done"], last["of"]) == (2, 2)
 
 
 def test_why_leaves_only_what_the_verdict_needs(page, session):

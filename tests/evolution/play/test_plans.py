@@ -104,6 +104,18 @@ def test_the_command_does_the_same_runs_with_a_file(settings, of_file, session, 
     check_commands(session_of(session, {"preset": FILE, **settings}, variants), of_file, tmp_path)
 
 
+def test_a_file_may_have_controllers_that_are_not_built_here(session, tmp_path):
+    """``mapbench bench`` takes such a file where the others are named."""
+    path = tmp_path / "robot.yaml"
+    path.write_text(
+        "controller_server: {ros__parameters: {controller_plugins: [Teb, Pursuit], Teb: {plugin: 'teb::Teb'}, "
+        "Pursuit: {plugin: 'nav2_regulated_pure_pursuit_controller::RegulatedPurePursuitController'}}}"
+    )
+    given = Given(controllers_from(["Pursuit"]), ParameterFile(params=str(path)))
+    (one,) = planned(session_of(session, {"preset": FILE}, [{"name": "a", "controller": "Pursuit"}]), given)
+    assert one.plan.settings.navigation.controllers["Pursuit"].kind == "rpp"
+
+
 def test_a_saved_file_keeps_all_but_the_changed_values(of_file, session):
     variants = [{"name": "far", "controller": "FollowPath", "parameters": {"lookahead_dist": 1.1}}]
     document = {**session, "settings": {"preset": FILE}, "variants": variants, "variant": "far"}
