@@ -55,7 +55,7 @@ def line(runs: Sequence[RunResult], base: Sequence[RunResult]) -> str:
         for count in (goals, touched, same)
         for low, high in [wilson_interval(count, len(runs))]
     ]
-    low, high = median_interval(ratios, np.random.default_rng(0))
+    low, high = median_interval(ratios)
     five, most = np.percentile(ratios, [5, 95])
     return f"{' | '.join(shares)} | {np.median(ratios):.3f} ({low:.3f} to {high:.3f}) | {five:.2f} to {most:.2f}"
 

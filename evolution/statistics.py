@@ -9,7 +9,7 @@ from __future__ import annotations
 
 import itertools
 import math
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -72,10 +72,10 @@ class TestResult:
         )
 
 
-def summarize(values: ArrayLike, rng: np.random.Generator, confidence: float = 0.95) -> Summary:
-    """Summarise one sample; the interval is a bootstrap interval of the median."""
+def summarize(values: ArrayLike, confidence: float = 0.95) -> Summary:
+    """Summarise one sample; the interval is that of :func:`median_interval`."""
     sample = np.asarray(values, dtype=float)
-    low, high = median_interval(sample, rng, confidence)
+    low, high = median_interval(sample, confidence)
     spread = float(sample.std(ddof=1)) if len(sample) > 1 else np.nan
     return Summary(
         n=len(sample),
@@ -89,12 +89,41 @@ def summarize(values: ArrayLike, rng: np.random.Generator, confidence: float = 0
     )
 
 
-def median_interval(values: ArrayLike, rng: np.random.Generator, confidence: float = 0.95) -> tuple[float, float]:
-    """Bootstrap interval of the median; NaN for fewer than :data:`FEWEST_FOR_INTERVAL` values."""
-    sample = np.asarray(values, dtype=float)
-    if len(sample) < FEWEST_FOR_INTERVAL:
+def median_interval(values: ArrayLike, confidence: float = 0.95) -> tuple[float, float]:
+    """Percentile bootstrap interval of the median; NaN for fewer than :data:`FEWEST_FOR_INTERVAL` values.
+
+    It is exact: the distribution of the median of all possible resamples is computed and not sampled (Efron, "Bootstrap
+    methods: another look at the jackknife", 1979, section 3, for odd n). Drawn resamples of a few values give bounds
+    that depend on the seed, because few different medians are possible.
+    """
+    ordered = np.sort(np.asarray(values, dtype=float))
+    if len(ordered) < FEWEST_FOR_INTERVAL:
         return np.nan, np.nan
-    return bootstrap_interval(sample, rng, np.median, confidence)
+    medians, chances = _medians_of_resamples(ordered)
+    order = np.argsort(medians, kind="stable")
+    cumulated = np.cumsum(chances[order])
+    places = np.searchsorted(cumulated, [(1.0 - confidence) / 2, (1.0 + confidence) / 2])
+    low, high = medians[order][np.minimum(places, len(medians) - 1)]
+    return float(low), float(high)
+
+
+def _medians_of_resamples(ordered: NDArray[np.float64]) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+    """Return the possible medians of resamples of some values in ascending order, and their chances, both ``(m,)``."""
+    n = len(ordered)
+    half, ranks = (n + 1) // 2, np.arange(n + 1)
+    # Chance that the value of rank ``half`` in a resample is among the first values: of none, of one, of two...
+    below = scipy.special.bdtrc(half - 1, n, ranks / n)
+    if n % 2:
+        return ordered, np.diff(below)
+    # With even n the median is the mean of two values of a resample, which come from the places i and j > i of the
+    # sample if one half of the resample ends at i and the other one begins at j; in logarithms, as these are small.
+    ends = half * np.log(ranks[1:] / n) + np.log1p(-((ranks[:-1] / ranks[1:]) ** half))
+    ways = math.lgamma(n + 1) - 2 * math.lgamma(half + 1)
+    later = np.triu(np.ones((n, n), dtype=bool), 1)
+    pairs = np.exp(np.where(later, ways + ends[:, None] + ends[None, ::-1], -np.inf))
+    chances = pairs + np.diag(np.diff(below) - pairs.sum(axis=1))
+    first, second = np.nonzero(np.triu(np.ones((n, n), dtype=bool)))
+    return (ordered[first] + ordered[second]) / 2, chances[first, second]
 
 
 def wilson_interval(successes: int, n: int, confidence: float = 0.95) -> tuple[float, float]:
@@ -112,13 +141,9 @@ def wilson_interval(successes: int, n: int, confidence: float = 0.95) -> tuple[f
 
 
 def bootstrap_interval(
-    values: ArrayLike,
-    rng: np.random.Generator,
-    statistic: Callable[..., NDArray[np.float64]] = np.mean,
-    confidence: float = 0.95,
-    resamples: int = 2000,
+    values: ArrayLike, rng: np.random.Generator, confidence: float = 0.95, resamples: int = 2000
 ) -> tuple[float, float]:
-    """Percentile bootstrap interval of a statistic, a function that takes ``axis``.
+    """Percentile bootstrap interval of the mean.
 
     Raises:
         ConfigError: If there is no value.
@@ -127,7 +152,7 @@ def bootstrap_interval(
     if len(sample) == 0:
         raise ConfigError("bootstrap: expected at least one value, got none")
     drawn = sample[rng.integers(0, len(sample), (resamples, len(sample)))]
-    low, high = np.quantile(statistic(drawn, axis=1), [(1 - confidence) / 2, (1 + confidence) / 2])
+    low, high = np.quantile(drawn.mean(axis=1), [(1 - confidence) / 2, (1 + confidence) / 2])
     return float(low), float(high)
 
 

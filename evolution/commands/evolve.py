@@ -19,6 +19,7 @@ from evolution.runs import (
     failing_controller_sentence,
     front_lines,
     slow_everywhere_sentence,
+    table_sentence,
     validation_sentence,
 )
 from evolution.search import (
@@ -115,11 +116,18 @@ def run(args: argparse.Namespace) -> int:
     results, runs = found.best_results, found.runs
     search = found.config["search"]
     hints = failing_controller_sentence(results, runs) + slow_everywhere_sentence(results, search)
-    for line in (*validation_sentence(results, search), *hints, *front_lines(found), *contact_sentence(runs)):
+    for line in (
+        *table_sentence(search),
+        *validation_sentence(results, search),
+        *hints,
+        *front_lines(found),
+        *contact_sentence(runs),
+    ):
         console.print(line)
     console.print(f"Pictures are in {found.path / 'figures'}; {found.path / 'README.txt'} explains the other files.")
     console.print(f"A page with replays: mapbench report {found.path}")
     console.print(f"The maps on other seeds: mapbench bench {found.path} --repeats 5")
+    _print_early_end(found)
     _print_errors(found)
     return 0
 
@@ -167,6 +175,13 @@ def _objectives(names: Sequence[str], fitness: str | None, config: Mapping[str, 
     algorithm = nested_document(config).get("search", {}).get("ga", {}).get("algorithm", "nsga2")
     further = [name for name in names if name not in fitnesses]
     return {"fitness": next(iter(fitnesses)), "objectives": further, "algorithm": algorithm if further else "ga"}
+
+
+def _print_early_end(loaded: LoadedRun) -> None:
+    """Say that a search ended before its number of map sets, where no limit of runs is the reason."""
+    done, wanted = len(loaded.individuals), loaded.config["search"]["evaluations"]
+    if loaded.config["search"]["runs"] is None and done < wanted:
+        note(f"ended after {done} of {wanted} map sets: crossover and mutation made no new one")
 
 
 def _print_errors(loaded: LoadedRun) -> None:

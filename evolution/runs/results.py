@@ -103,6 +103,19 @@ def validation_sentence(results: Mapping[str, Any], search: Mapping[str, Any]) -
     ]
 
 
+def table_sentence(search: Mapping[str, Any]) -> list[str]:
+    """Return what times and scores of the table of the best maps are of, where they are not of the same runs.
+
+    Args:
+        search: Options of the search.
+    """
+    metric = search.get("judging", {}).get("metric", TIME)
+    scores = "" if metric == TIME else f" of {metric}"
+    if search.get("validation") is not None:
+        return [f"Times: medians of all runs. Scores{scores}: when the set was selected, without the held-out runs."]
+    return [f"Times: medians of all runs. Scores{scores}."] if scores else []
+
+
 def contact_sentence(runs: Sequence[Row]) -> list[str]:
     """Return the share of runs with a contact in words; nothing if contacts were not counted.
 

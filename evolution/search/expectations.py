@@ -14,7 +14,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from evolution.search.archive import Archive, best_by_exchange
-from evolution.search.judging import Fitness, Names, is_solved, solved_trials
+from evolution.search.judging import Fitness, Names
 from evolution.search.judging.expected_fitness import RELIABILITY, Estimate, estimates_of, expected_fitness
 from evolution.search.surrogate import Forecast, Surrogate
 from gym_mapbench.world.scenario import Scenario
@@ -35,9 +35,9 @@ class Expectations:
 
     Attributes:
         parents: For each map that mutation made, by digest, the map it was made of.
-        estimates: Of every map whose first runs reached the goal, by digest.
+        estimates: Of every map whose first runs reached the goal, or count if they fail, by digest.
         known: The maps that may be in a set: those on which every controller has reached the goal, maybe with rare
-            failures.
+            failures; or all, if failed runs have a value.
         best: The known maps of the best expected set, in order of their scores; empty if there are too few.
     """
 
@@ -73,7 +73,9 @@ class Expectations:
             self._surrogate.update(scenarios, results, self._fitness())
             self._forecasts = self._surrogate.forecasts({name: scenarios[name] for name in self.estimates})
             self.estimates |= {name: forecast.estimate(self._fitness()) for name, forecast in self._forecasts.items()}
-        self.known = tuple(name for name in self.estimates if is_solved(solved_trials(results[name])))
+        fitness = self._fitness()
+        counted = ((name, fitness.counted(results[name])) for name in self.estimates)
+        self.known = tuple(name for name, of_map in counted if fitness.values_of(of_map) is not None)
         self.best = self._best()
 
     def _best(self) -> Names:

@@ -267,7 +267,7 @@ class _Search:
     def _expected_gain(self, trial: Trial) -> float:
         """Return by how much a mutated map might improve the best expected set; at most the weight of a pattern."""
         name = trial.after[trial.role].world_digest
-        if not self.archive.is_solved(name):
+        if self.problem.fitness.policy.excludes and not self.archive.is_solved(name):
             return 0.0
         gain = self.expectations.value_of(self.expectations.best) - self.expectations.potential(name)
         return min(gain, self.settings.judging.pattern_weight)

@@ -92,7 +92,8 @@ class Forecast:
         limit = math.log(fitness.time_limit) if fitness.settings.metric == TIME else np.inf
         in_time = float(np.prod(scipy.special.ndtr((limit - means) / np.array(spreads))))
         values = tuple(map(math.exp, means.tolist()))
-        return Estimate(values, score(means), math.hypot(*halves), min(in_time, self.goals))
+        success = min(in_time, self.goals) if fitness.policy.excludes else 1.0
+        return Estimate(values, score(means), math.hypot(*halves), success)
 
 
 class Surrogate:
@@ -182,7 +183,7 @@ class Surrogate:
     def _logarithms(self, results: Mapping[str, MapResults], fitness: Fitness) -> dict[str, list[list[float]]]:
         """Return the logarithms of the values, ``[controller][run]``; none if a value is not positive.
 
-        A failed run counts as the time limit, or as the largest value of another metric.
+        A failed run without a value counts as the time limit, or as the largest value of another metric.
         """
         metric = fitness.settings.metric
         solved = [run.value(metric) for of_map in results.values() for runs in of_map for run in runs if run.success]
@@ -191,7 +192,7 @@ class Surrogate:
         failed = fitness.time_limit if metric == TIME else max(solved)
 
         def logarithm(run: RunResult) -> float:
-            return math.log(run.value(metric) if run.success else failed)
+            return math.log(fitness.value_of([run]) if run.success or not fitness.policy.excludes else failed)
 
         return {name: [list(map(logarithm, runs)) for runs in of_map] for name, of_map in results.items()}
 

@@ -51,6 +51,11 @@ JUDGES = (
     "timeout_outcomes",
 )
 """Options of a search that define its fitness."""
+SAID_ELSEWHERE = {
+    "evaluations": "the study's budget says how many map sets are evaluated",
+    "algorithm": "the method of a configuration says it",
+}
+"""Options of a search that the experiment of a whole study cannot have, and what says it instead."""
 MAX_SEED = 2**31
 
 
@@ -162,6 +167,9 @@ class StudySettings(Settings):
     @field_validator("experiment")
     @classmethod
     def _sections(cls, value: Document) -> Document:
+        for name, instead in SAID_ELSEWHERE.items():
+            if name in search_of(value):
+                raise ConfigError(f"search.{name}: expected none for the whole study; {instead}")
         return checked_sections(value)
 
     @model_validator(mode="after")

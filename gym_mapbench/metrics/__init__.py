@@ -5,6 +5,16 @@ In: an :class:`Episode`, which a run records, or a scenario and a robot. Out: nu
 """
 
 from gym_mapbench.metrics.episode import RECOVERY_KINDS, Episode, Event, Outcome
-from gym_mapbench.metrics.run_metrics import ALWAYS, METRICS, measure, score_barn
+from gym_mapbench.metrics.run_metrics import ALWAYS, METRICS, MORE_IS_BETTER, measure, score_barn
 
-__all__ = ["ALWAYS", "METRICS", "RECOVERY_KINDS", "Episode", "Event", "Outcome", "measure", "score_barn"]
+__all__ = [
+    "ALWAYS",
+    "METRICS",
+    "MORE_IS_BETTER",
+    "RECOVERY_KINDS",
+    "Episode",
+    "Event",
+    "Outcome",
+    "measure",
+    "score_barn",
+]

@@ -152,6 +152,9 @@ METRICS: Registry[Callable[[Episode], float]] = Registry(
 ALWAYS = tuple(function.__name__ for function in _FUNCTIONS)
 """Names of the metrics that are measured on every run; those of social navigation need moving bodies."""
 
+MORE_IS_BETTER = frozenset({"min_clearance", "mean_clearance", "spl", "barn_score", "min_distance_to_people"})
+"""Names of the metrics of which a larger value is the better one."""
+
 
 def measure(episode: Episode, also: Iterable[str] = ()) -> dict[str, float]:
     """Return the measures of a run by name.

@@ -118,14 +118,14 @@ def test_maps_may_be_there_already():
 
 @pytest.mark.usefixtures("fake_robot")
 def test_evolve_and_continue(tmp_path):
-    options = {"pop_size": 2, "evaluations": 4, "maps_per_set": 1}
+    options = {"pop_size": 2, "evaluations": 4, "maps_per_set": 2}
     run = evolve("quick", out=tmp_path / "run", workers=1, **options)
     assert run.finished
     assert len(run.table("individuals")) == 4
-    assert [row["map"] for row in run.table()] == ["map_1"]
+    assert [row["map"] for row in run.table()] == ["map_1", "map_2"]
     again = evolve(resume=tmp_path / "run", workers=1)
     assert again.best_results == run.best_results == load(tmp_path / "run").best_results
-    assert len(bench(run, "rpp", workers=1).rows) == 1
+    assert len(bench(run, "rpp", workers=1).rows) == 2
 
 
 @pytest.mark.usefixtures("fake_robot")

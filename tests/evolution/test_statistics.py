@@ -2,12 +2,15 @@
 
 from __future__ import annotations
 
+import itertools
+
 import numpy as np
 import pytest
 import scipy
 from hypothesis import given
 from hypothesis import strategies as st
 
+from evolution import statistics
 from evolution.statistics import (
     bootstrap_interval,
     cliffs_delta,
@@ -15,6 +18,7 @@ from evolution.statistics import (
     friedman,
     holm,
     kruskal_wallis,
+    median_interval,
     pairwise_mann_whitney,
     rank_correlation,
     summarize,
@@ -90,10 +94,34 @@ def test_bootstrap_interval_covers_and_repeats():
 
 def test_summaries_bound_the_median():
     values = np.random.default_rng(0).exponential(5, 50)
-    row = summarize(values, np.random.default_rng(1))
-    assert (row.ci_low, row.ci_high) == bootstrap_interval(values, np.random.default_rng(1), np.median)
+    row = summarize(values)
+    assert (row.ci_low, row.ci_high) == median_interval(values)
     assert row.ci_low < row.median < row.ci_high
-    assert np.isnan(summarize(values[:4], np.random.default_rng(1)).ci_low)
+    assert np.isnan(summarize(values[:4]).ci_low)
+
+
+@pytest.mark.parametrize("n", [5, 6])
+@pytest.mark.parametrize("confidence", [0.5, 0.95])
+def test_the_interval_of_the_median_is_that_of_all_resamples(n, confidence):
+    values = np.random.default_rng(n).exponential(5, n)
+    medians = np.sort([np.median(resample) for resample in itertools.product(values, repeat=n)])
+    low, high = (
+        medians[int(np.ceil(len(medians) * share)) - 1] for share in ((1 - confidence) / 2, (1 + confidence) / 2)
+    )
+    assert median_interval(values, confidence) == pytest.approx((low, high))
+
+
+@pytest.mark.parametrize("n", [8, 31, 200, 1500])
+def test_the_chances_of_the_medians_add_up(n):
+    medians, chances = statistics._medians_of_resamples(np.arange(float(n)))
+    assert chances.sum() == pytest.approx(1.0)
+    assert chances.min() > -1e-9
+    assert (medians * chances).sum() == pytest.approx((n - 1) / 2)
+
+
+def test_the_interval_of_the_median_depends_on_no_order():
+    values = [-7.0, -6.0, -5.92, -4.96, -4.63, -4.34, -3.07, -2.81]
+    assert median_interval(values) == median_interval(values[::-1]) == (-6.0, -3.07)
 
 
 def test_rank_correlation():

@@ -25,10 +25,8 @@ from evolution.search.judging.fitness import Fitness, scores_of
 from evolution.search.judging.map_results import (
     MapResults,
     failed_trials,
-    is_solved,
     repeats_of,
     singles_of,
-    solved_trials,
     sum_over_trials,
     without_failed_trials,
 )
@@ -74,7 +72,7 @@ class Estimate(NamedTuple):
 
 
 def estimates_of(maps: Mapping[str, MapResults], parents: Mapping[str, str], fitness: Fitness) -> dict[str, Estimate]:
-    """Return the estimate of every map whose first runs reached the goal; controllers may lack runs.
+    """Return the estimate of every map whose first runs reached the goal or count; controllers may lack runs.
 
     Args:
         maps: Results of all evaluated maps, by name, parents before their children.
@@ -83,13 +81,26 @@ def estimates_of(maps: Mapping[str, MapResults], parents: Mapping[str, str], fit
     """
     values = shrunken_values(maps, parents, fitness)
     expected = {name: fitness.score_of(some) for name, some in values.items()}
-    solved = {name: of_map for name, runs in maps.items() if is_solved(of_map := solved_trials(runs))}
-    scores = {name: scores_of(solved[name], fitness) if name in solved else [expected[name]] for name in maps}
+    counted = {name: fitness.counted(runs) for name, runs in maps.items()}
+    known = {name: of_map for name, of_map in counted.items() if fitness.values_of(of_map) is not None}
+    scores = {name: scores_of(known[name], fitness) if name in known else [expected[name]] for name in maps}
     places = places_of(maps, scores)
-    deviations, in_time = deviations_of(scores, places), chances_in_time(solved, places, fitness.time_limit)
-    goals = chances_of_goals(maps, places)
+    deviations, success = deviations_of(scores, places), _chances_of_success(maps, known, places, fitness)
+    return {name: Estimate(values[name], expected[name], deviations[name], chance) for name, chance in success.items()}
+
+
+def _chances_of_success(
+    maps: Mapping[str, MapResults], known: Mapping[str, MapResults], places: Places, fitness: Fitness
+) -> dict[str, float]:
+    """Return the chance that all controllers reach the goal in time, of every map whose first runs did.
+
+    Where failed runs have a value, it is 1 for every map: their values count instead.
+    """
+    if not fitness.policy.excludes:
+        return dict.fromkeys(maps, 1.0)
+    in_time, goals = chances_in_time(known, places, fitness.time_limit), chances_of_goals(maps, places)
     return {
-        name: Estimate(values[name], expected[name], deviations[name], goals[name] * in_time.get(name, 1.0))
+        name: goals[name] * in_time.get(name, 1.0)
         for name, of_map in maps.items()
         if all(run.success for runs in of_map for run in runs[:1])
     }
@@ -126,11 +137,12 @@ def shrunken_values(
     A map without a parent has the median of all maps instead. So the luck of a single run counts less.
 
     Args:
-        maps: Results of maps by name, parents before their children; trials with a failure do not count.
+        maps: Results of maps by name, parents before their children; failed trials count if the fitness says so.
         parents: Of each map that was made of another one, the name of that map.
         fitness: Judges sets.
     """
-    own = {name: without_failed_trials(of_map) for name, of_map in maps.items()}
+    counts = without_failed_trials if fitness.policy.excludes else fitness.counted
+    own = {name: counts(of_map) for name, of_map in maps.items()}
     of_controllers = zip(*own.values(), strict=True)
     middle = [median([fitness.value_of(runs) for runs in some if runs] or [0.0]) for some in of_controllers]
     found: dict[str, tuple[float, ...]] = {}

@@ -10,6 +10,7 @@ import math
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
+from numbers import Real
 from statistics import fmean, median
 
 import numpy as np
@@ -24,6 +25,7 @@ from evolution.search.judging.map_results import (
     missing_runs,
     repeats_of,
     singles_of,
+    solved_trials,
     successes_of,
     sum_over_trials,
 )
@@ -193,6 +195,10 @@ class Fitness:
             )
         return Judgement(objectives, parts.success_rate, parts.timeouts, parts.pattern, scores, values, constraints)
 
+    def counted(self, of_map: MapResults) -> MapResults:
+        """Return the results that a map which may fail is valued by: its solved trials, or all if failed runs count."""
+        return solved_trials(of_map) if self.policy.excludes else of_map
+
     def values_of(self, of_map: Sequence[Sequence[RunResult]]) -> tuple[float, ...] | None:
         """Aggregate ``of_map[controller][repeat]`` to one value per controller; None if the map has no value."""
         if self.policy.excludes and not is_solved(of_map):
@@ -221,7 +227,7 @@ class Fitness:
             PluginError: If a third-party fitness fails, or returns anything but a finite number.
         """
         with FITNESSES.blamed(self.settings.fitness):
-            return self._finite("score", float(self.kind.score(times)))
+            return self._finite("score", self.kind.score(times))
 
     def pattern_of(
         self, scores: Sequence[float | None], values: Sequence[Times | None], spreads: Sequence[float]
@@ -238,12 +244,12 @@ class Fitness:
         """
         with FITNESSES.blamed(self.settings.fitness):
             known = [times for times in values if times is not None]
-            return self._finite("pattern", float(self.kind.judge(_cautious(scores, spreads), known)))
+            return self._finite("pattern", self.kind.judge(_cautious(scores, spreads), known))
 
-    def _finite(self, what: str, value: float) -> float:
-        if not math.isfinite(value):
-            raise PluginError(f"fitness {self.settings.fitness!r}: expected a finite {what}, got {value}")
-        return value
+    def _finite(self, what: str, value: object) -> float:
+        if not isinstance(value, Real) or not math.isfinite(value):
+            raise PluginError(f"fitness {self.settings.fitness!r}: expected a finite {what}, got {value!r:.80}")
+        return float(value)
 
     def _timeouts(self, of_map: Sequence[Sequence[RunResult]]) -> float:
         return sum_over_trials(of_map, lambda run: run.outcome in self.settings.timeout_outcomes)
@@ -252,7 +258,10 @@ class Fitness:
         if run.success:
             return run.value(self.settings.metric)
         with FAILURES.blamed(self.settings.failures):
-            return float(self.policy.value(run, self.time_limit))
+            value: object = self.policy.value(run, self.time_limit)
+        if not isinstance(value, Real):
+            raise PluginError(f"failure policy {self.settings.failures!r}: expected a number, got {value!r:.80}")
+        return float(value)
 
 
 def calibrate_scale(times_of_maps: Sequence[Times]) -> float:

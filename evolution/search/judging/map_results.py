@@ -26,9 +26,12 @@ def is_solved(of_map: Sequence[Sequence[RunResult]]) -> bool:
 
 
 def solved_trials(of_map: MapResults) -> MapResults:
-    """Return the results of the trials in which all controllers reached the goal; all results if there are none."""
-    solved = [runs for runs in _trials(of_map) if len(runs) == len(of_map) and all(run.success for run in runs)]
-    return tuple(zip(*solved, strict=True)) or of_map
+    """Return the results without the trials in which a run failed; all results if a controller has no other.
+
+    Each run counts once, also where a controller takes part in further trials with it.
+    """
+    solved = without_failed_trials(of_map)
+    return solved if all(solved) else of_map
 
 
 def without_failed_trials(of_map: MapResults) -> MapResults:

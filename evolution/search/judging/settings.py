@@ -11,6 +11,7 @@ from evolution.driving import check_metric
 from evolution.search.judging.failures import FAILURES, FailurePolicy
 from evolution.search.judging.patterns import FITNESSES, PatternSettings
 from gym_mapbench.errors import ConfigError
+from gym_mapbench.metrics import MORE_IS_BETTER
 from gym_mapbench.metrics.episode import Outcome
 from gym_mapbench.metrics.map_metrics import n_obstacles, occupied_share
 from gym_mapbench.quantities import NonNegative, Positive
@@ -52,7 +53,8 @@ class JudgingSettings(PatternSettings, ExtendedSettings):
             (see :mod:`evolution.search.judging.failures`).
         timeout_outcomes: Outcomes that count as timeouts in Eq. 4.5.
         caution: Standard deviations of single runs by which the extreme scores of a set count as less extreme, where
-            its maps have several runs; for fitnesses that judge by scores.
+            its maps have several runs; for fitnesses that judge by scores. Scores that meet so count as equal: with
+            ``gini`` such a set has no pattern (Alg. 2), though its maps may have different scores.
         base_cost: C_b of Eq. 4.5.
         timeout_cost: C_t of Eq. 4.5.
         pattern_weight: w_p of Eq. 4.5.
@@ -107,6 +109,10 @@ class JudgingSettings(PatternSettings, ExtendedSettings):
             raise OptionError("objectives", f"expected other metrics than that of the fitness, got {self.metric}")
         if FITNESSES.get(self.fitness).needs_scale and len(self.metrics) > 1:
             raise OptionError("objectives", f"expected measures of maps with fitness {self.fitness!r}, got a metric")
+        if FITNESSES.get(self.fitness).less_is_better and self.metric in MORE_IS_BETTER:
+            raise OptionError(
+                "metric", f"expected one of which less is better with fitness {self.fitness!r}, got {self.metric!r}"
+            )
         if FITNESSES.get(self.fitness).solved_only and not policy.excludes:
             raise OptionError(
                 "failures",

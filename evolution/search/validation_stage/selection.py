@@ -18,7 +18,6 @@ from evolution.search.judging import (
     order_kept,
     repeats_of,
     scores_of,
-    solved_trials,
     success_share,
     values_in_order,
 )
@@ -53,7 +52,7 @@ def select(maps: Results, fitness: Fitness, size: int, stage: ValidationSettings
     values = _Values(eligible, fitness, stage.reliability)
     short_list = sorted(combinations(eligible, size), key=values.estimate)[:SHORT_LIST]
     best = min(short_list, key=values.of_trials)
-    return tuple(sorted(best, key=lambda name: _place(fitness.judge_map(solved_trials(maps[name])).score)))
+    return tuple(sorted(best, key=lambda name: _place(fitness.judge_map(fitness.counted(maps[name])).score)))
 
 
 def preferred(maps: Results, passes: Callable[[MapResults], bool], size: int) -> Results:
@@ -84,9 +83,9 @@ class _Values:
         self.fitness = fitness
         self.reliability = reliability
         self.scores = {name: scores_of(of_map, fitness) for name, of_map in maps.items()}
-        solved = {name: solved_trials(of_map) for name, of_map in maps.items()}
-        self.judged = {name: fitness.judge_map(of_map) for name, of_map in solved.items()}
-        timed = {name: of_map for name, of_map in solved.items() if self.scores[name]}
+        counted = {name: fitness.counted(of_map) for name, of_map in maps.items()}
+        self.judged = {name: fitness.judge_map(of_map) for name, of_map in counted.items()}
+        timed = {name: of_map for name, of_map in counted.items() if self.scores[name] and fitness.policy.excludes}
         self.in_time = chances_in_time(timed, places_of(timed, self.scores), fitness.time_limit)
         self.solved_share = {name: len(self.scores[name]) / repeats_of(of_map) for name, of_map in maps.items()}
         self._means = {name: fmean(some) for name, some in self.scores.items() if some}
@@ -142,7 +141,7 @@ def _place(score: float | None) -> float:
 def values_of_trials(results: SetResults, fitness: Fitness) -> tuple[list[float], list[bool]]:
     """Return the fitness of each trial, at least 0 where the maps lose their order, and where they keep it."""
     trials = judged_trials(results, fitness)
-    kept = order_kept(trials, fitness(tuple(map(solved_trials, results))).scores, fitness.kind.ordered)
+    kept = order_kept(trials, fitness(tuple(map(fitness.counted, results))).scores, fitness.kind.ordered)
     return values_in_order(trials, kept), kept
 
 

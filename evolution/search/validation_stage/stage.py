@@ -10,7 +10,7 @@ import numpy as np
 
 from evolution.search.budget import Budget, runs_in
 from evolution.search.expectations import Expectations
-from evolution.search.judging import Fitness, Judgement, Names, solved_trials
+from evolution.search.judging import Fitness, Judgement, Names
 from evolution.search.sections import ValidationSettings
 from evolution.search.settings import EvolveSettings
 from evolution.search.validation_stage.held_out import ValidationResult, held_out
@@ -58,7 +58,7 @@ def validate(
         return None
     names = candidates.select()
     chosen, seeds = archive.map_set(names), stage.held_out_seeds
-    judged = fitness(tuple(map(solved_trials, archive.results_of(chosen))))
+    judged = fitness(tuple(map(fitness.counted, archive.results_of(chosen))))
     archive.drive_more(dict.fromkeys(names, [seeds] * budget.controllers))
     result = held_out(archive.results_of(chosen), judged, fitness, seeds, len(candidates.turns))
     return Validated(chosen, judged, result)

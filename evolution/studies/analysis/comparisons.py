@@ -30,7 +30,6 @@ from evolution.studies.analysis.results import StudyResults, StudyRun
 
 Quantity = Literal["fitness", "held_out_fitness"]
 QUANTITIES: dict[Quantity, str] = {"fitness": "reported", "held_out_fitness": "held out"}
-BOOTSTRAP_SEED = 0
 
 
 @dataclass(frozen=True)
@@ -148,7 +147,6 @@ def _comparison(judge: Judge, quantity: Quantity, groups: Groups) -> Comparison:
     """Summarise all configurations, and test them where all values are on one scale."""
     unordered = {name: [value_of(run, quantity) for run in runs] for name, runs in groups.items()}
     values = dict(sorted(unordered.items(), key=lambda item: float(np.median(item[1]))))
-    rng = np.random.default_rng(BOOTSTRAP_SEED)
     nested = _nested(groups) if judge.comparable and quantity == "fitness" else []
     pairs = [
         pair for pair in itertools.combinations(values, 2) if judge.comparable and set(pair) not in map(set, nested)
@@ -158,7 +156,7 @@ def _comparison(judge: Judge, quantity: Quantity, groups: Groups) -> Comparison:
         judge=judge.name,
         quantity=quantity,
         values=values,
-        summaries={name: summarize(one, rng) for name, one in values.items()},
+        summaries={name: summarize(one) for name, one in values.items()},
         populations=[kruskal_wallis({name: values[name] for name in names}) for names in populations],
         pairs=pairwise_mann_whitney(values, pairs) if pairs else [],
         by_construction=nested,

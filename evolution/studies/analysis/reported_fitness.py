@@ -51,7 +51,7 @@ def reported_fitness_rows(results: StudyResults) -> list[Row]:
 def _row(name: str, runs: Sequence[StudyRun], reference: Sequence[StudyRun]) -> Row:
     reevaluations = [run.reevaluation for run in runs if run.reevaluation is not None]
     held_out, reported = np.array([_held_out(run) for run in runs]), np.array([run.fitness for run in runs])
-    low, high = median_interval(held_out, np.random.default_rng(BOOTSTRAP_SEED))
+    low, high = median_interval(held_out)
     same = [run.seed for run in reference] == [run.seed for run in runs] and reference[0].path == runs[0].path
     others = [_held_out(run) for run in reference]
     one_scale = len({run.best_results["cluster_scale"] for run in (*runs, *reference)}) == 1

@@ -9,7 +9,7 @@ import numpy as np
 
 from evolution.files import Row
 from evolution.statistics import Summary, TestResult, median_interval
-from evolution.studies.analysis.comparisons import BOOTSTRAP_SEED, QUANTITIES, Comparison, StudyAnalysis, analyse
+from evolution.studies.analysis.comparisons import QUANTITIES, Comparison, StudyAnalysis, analyse
 from evolution.studies.analysis.held_out import conditions, held_out_rows, rank_agreement, selected_sets
 from evolution.studies.analysis.judges import Judge
 from evolution.studies.analysis.reported_fitness import reported_fitness_rows
@@ -164,7 +164,7 @@ def _selection_bias(judge: Judge, results: StudyResults) -> list[str]:
     if not sets:
         return []
     differences = np.array([run.selection_bias for run in sets])
-    low, high = median_interval(differences, np.random.default_rng(BOOTSTRAP_SEED))
+    low, high = median_interval(differences)
     interval = "" if math.isnan(low) else f"95 % interval {low:+.2f} to {high:+.2f}, "
     reported = float(np.median([run.fitness for run in sets]))
     new = conditions(sets[0], results)

@@ -53,7 +53,7 @@ def _effect(pairs: Sequence[tuple[Row, Row]], world: str, controller: str) -> Ro
     rng = np.random.default_rng(BOOTSTRAP_SEED)
     success_low, success_high = wilson_interval(int(now.sum()), len(now))
     gained_low, gained_high = _mean_interval(now.astype(float) - before, rng)
-    time_low, time_high = median_interval(ratios, rng)
+    time_low, time_high = median_interval(ratios)
     recoveries_low, recoveries_high = _mean_interval(recoveries, rng)
     return {
         "world": world,

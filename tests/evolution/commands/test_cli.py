@@ -183,7 +183,7 @@ def fake_robot(monkeypatch):
     monkeypatch.setattr("evolution.api.write_run_figures", lambda _: None)
 
 
-SMALL_SEARCH = ["evolve", "--preset", "quick", "--pop-size", "2", "--evaluations", "2", "--maps-per-set", "1"]
+SMALL_SEARCH = ["evolve", "--preset", "quick", "--pop-size", "2", "--evaluations", "2", "--maps-per-set", "2"]
 WITH_ERRORS = ["--controllers", "rpp,raises=rpp", "--workers", "1"]
 
 
@@ -209,7 +209,7 @@ def test_barns_scores_say_that_the_global_costmap_knows_the_map(tmp_path, capsys
 @pytest.mark.usefixtures("fake_robot")
 def test_errors_of_a_search_are_counted(tmp_path, capsys):
     assert main([*SMALL_SEARCH, *WITH_ERRORS, "--out", str(tmp_path / "run")]) == 0
-    last = "2 of 4 runs ended in an error, the first because: ValueError: the costmap is upside down\n"
+    last = "4 of 8 runs ended in an error, the first because: ValueError: the costmap is upside down\n"
     assert capsys.readouterr().err.endswith(last)
 
 

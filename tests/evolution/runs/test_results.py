@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import pytest
 
-from evolution.runs import contact_sentence, failing_controller_sentence, slow_everywhere_sentence
+from evolution.runs import contact_sentence, failing_controller_sentence, slow_everywhere_sentence, table_sentence
 
 
 def test_runs_with_a_contact_are_counted():
@@ -55,3 +55,9 @@ def test_a_controller_that_is_slow_on_every_map_is_named(maps, fitness, named):
     expected = "On no map of the set all are alike: graceful always takes at least 1.8 times as long as the fastest."
     found = slow_everywhere_sentence({"maps": maps}, {"judging": {"fitness": fitness, "metric": "time"}})
     assert [line.startswith(expected) for line in found] == [True] * named
+
+
+def test_what_times_and_scores_are_of_is_said_where_they_differ():
+    assert table_sentence({"judging": {"metric": "time"}, "validation": None}) == []
+    (said,) = table_sentence({"judging": {"metric": "path_length"}, "validation": {}})
+    assert "Scores of path_length: when the set was selected, without the held-out runs." in said

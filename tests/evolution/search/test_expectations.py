@@ -15,8 +15,10 @@ from evolution.search.elite import race
 from evolution.search.expectations import Expectations
 from evolution.search.judging import Fitness, JudgingSettings, scores_of
 from evolution.search.operators import MapMutation, MapSampling, MutationSettings, Mutator
+from evolution.search.sections import ValidationSettings
 from evolution.search.settings import EvolveSettings
-from tests.evolution.fake_runs import SMALL
+from evolution.search.validation_stage import validate
+from tests.evolution.fake_runs import CONTROLLERS, SMALL
 from tests.evolution.search.test_archive import Answers, archive_of, sets_of
 
 FITNESS = Fitness.of(JudgingSettings(aggregate="median"), 150.0)
@@ -220,3 +222,29 @@ def test_the_same_seed_makes_the_same_offspring():
         found.append([one.X[0].digest for one in offspring])
     assert found[0] == found[1]
     assert len(set(found[0])) == 8
+
+
+def first_fails_somewhere(job):
+    """The first controller fails on every third map, always; the others are quick."""
+    first = job.controller.name == CONTROLLERS[0].name
+    fails = first and int(job.scenario.map.digest[:2], 16) % 3 == 0
+    return RunResult("timeout" if fails else "goal", 150.0 if fails else 20.0 + first, 1.0, seed=job.seed)
+
+
+def test_maps_that_a_controller_fails_are_followed_where_failures_count():
+    """``regret`` looks for them; maps without a value for a failed run leave them out."""
+    counting = Fitness.of(JudgingSettings(fitness="regret", failures="par2", aggregate="median"), 150.0)
+    expectations = expectations_of(counting, how=first_fails_somewhere)
+    archive = expectations.archive
+    failed = {name for name in archive.scenarios if not archive.is_solved(name)}
+    assert failed
+    assert failed < set(expectations.known)
+    assert set(expectations.best) <= failed
+    race(expectations, EvolveSettings(elite_seeds=2, elite=True, evaluations=100), Budget(EvolveSettings(), archive))
+    assert {name for name in archive.scenarios if archive.repeats_of(name) > 1} <= failed
+    stage = ValidationSettings(candidates=4, seeds=2, held_out_seeds=2)
+    options = EvolveSettings(validation=stage, fitness="regret", failures="par2", aggregate="median")
+    found = validate(expectations, counting, options, stage, Budget(options, archive))
+    assert {one.world_digest for one in found.map_set} <= failed
+    assert found.judged.fitness == pytest.approx(found.result.fitness) == pytest.approx(-np.log(300.0 / 20.0))
+    assert not failed & set(expectations_of(how=first_fails_somewhere).known)

@@ -246,9 +246,9 @@ def test_maps_and_fitness_can_be_the_callers():
         return cells
 
     with Evaluator(drive) as evaluator:
-        search = with_search(evaluations=8, maps_per_set=1)
+        search = with_search(evaluations=8, maps_per_set=2)
         result = evolve(search, evaluator, draw_map=one_wall)
-    assert all(one.map_set[0].map.occupancy[15].sum() == 3 for one in result.population)
+    assert all(one.map.occupancy[15].sum() == 3 for found in result.population for one in found.map_set)
 
 
 def test_workers_start_before_the_first_maps_are_drawn(monkeypatch):

@@ -488,6 +488,8 @@ def bad_configurations(**second):
         ({"configurations": bad_configurations(experiment={"search": {"seed": 3}})}, r"search\.seed: expected none"),
         ({"configurations": bad_configurations(experiment={"search": {"algorithm": "ga"}})}, "expected none beside"),
         ({"configurations": bad_configurations(experiment={"search": 3})}, "search: expected a mapping"),
+        ({"experiment": {"search": {"evaluations": 500}}}, r"search\.evaluations: expected none for the whole study"),
+        ({"experiment": {"search": {"ga": {"algorithm": "nsga2"}}}}, r"search\.algorithm: expected none for the whole"),
         ({"runs": 0}, "runs: expected greater than or equal to 1"),
         (
             {"runs": 2, "configurations": bad_configurations(runs=3)},

@@ -11,6 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from evolution.search.judging.patterns.pools import Found, Pool
+from gym_mapbench.errors import ConfigError
 from gym_mapbench.quantities import NonNegative
 from gym_mapbench.settings import Settings
 
@@ -21,6 +22,16 @@ SHORTEST = 1e-9
 
 FORMER_NAMES = {"read": "score", "reading_name": "score_name"}
 """Former names of attributes of :class:`Pattern`; a subclass may still define them."""
+
+
+def check_maps(maps_per_set: int, fewest: int, fitness: str) -> None:
+    """Refuse sets with too few maps for a fitness.
+
+    Raises:
+        ConfigError: With the number that is needed.
+    """
+    if maps_per_set < fewest:
+        raise ConfigError(f"maps_per_set: expected {fewest} or more with {fitness}, got {maps_per_set}")
 
 
 def log_times(times: Times) -> NDArray[np.float64]:
@@ -72,6 +83,7 @@ class Pattern:
         needs_scale: Whether maps cannot be scored without a scale, which is calibrated on the first population.
         exact: Whether :meth:`best_of` is implemented, for the fitness of Eq. 4.5.
         solved_only: Whether a failed run must not count as a time.
+        less_is_better: Whether a controller with a smaller value is taken for the better one.
         ordered: Whether a set is meant to keep the ranks of its maps' scores on other seeds.
         objectives: Names of the values that :meth:`objectives_of` returns; the first is the fitness in every table.
         constraints: Names of the values that :meth:`constraints_of` returns.
@@ -87,6 +99,7 @@ class Pattern:
     needs_scale: ClassVar[bool] = False
     exact: ClassVar[bool] = False
     solved_only: ClassVar[bool] = False
+    less_is_better: ClassVar[bool] = False
     ordered: ClassVar[bool] = True
     objectives: ClassVar[tuple[str, ...]] = ("fitness",)
     constraints: ClassVar[tuple[str, ...]] = ()
@@ -120,7 +133,7 @@ class Pattern:
         Args:
             times: One value of the search's metric per controller, in their order.
         """
-        raise NotImplementedError
+        raise NotImplementedError(f"{type(self).__name__} has no method score")
 
     def judge(self, scores: Sequence[float], maps: Sequence[Times]) -> float:
         """Return how good a set is; greater is better.
@@ -129,7 +142,7 @@ class Pattern:
             scores: Scores of the maps that have a value; there may be none.
             maps: The values that :meth:`score` got for the same maps, for a pattern that compares them across maps.
         """
-        raise NotImplementedError
+        raise NotImplementedError(f"{type(self).__name__} has no method judge")
 
     def objectives_of(self, parts: Parts) -> tuple[float, ...]:
         """Return the objectives of a set, smaller is better; by default its fitness (Eq. 4.5) alone."""

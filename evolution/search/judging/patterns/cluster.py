@@ -8,9 +8,11 @@ from statistics import fmean
 
 import numpy as np
 
-from evolution.search.judging.patterns.base import Pattern, Times
+from evolution.search.judging.patterns.base import Pattern, Times, check_maps
 from evolution.search.judging.patterns.pools import Found, Pool, Scores, held_apart, orders_of, scores_in
 from gym_mapbench.errors import ConfigError
+
+FEWEST_MAPS = 2
 
 
 def pairwise_gaps(times: Times) -> list[float]:
@@ -58,6 +60,11 @@ class Cluster(Pattern):
     wanted = "cluster scores are near 1, 2, ..."
     needs_scale = True
     exact = True
+
+    @classmethod
+    def check(cls, maps_per_set: int, controllers: int) -> None:
+        """Refuse single maps, which show no pattern."""
+        check_maps(maps_per_set, FEWEST_MAPS, "cluster")
 
     def score(self, times: Times) -> float:
         """Return the cluster score of the times.

@@ -8,9 +8,10 @@ from itertools import pairwise
 import numpy as np
 from numpy.typing import NDArray
 
-from evolution.search.judging.patterns.base import Pattern, Times
+from evolution.search.judging.patterns.base import Pattern, Times, check_maps
 from evolution.search.judging.patterns.pools import Found, Pool, Scores, orders_of, scores_in
 
+FEWEST_MAPS = 2
 NO_PATTERN = -1e3
 """What Alg. 2 returns where there is no pattern."""
 
@@ -19,9 +20,9 @@ def gini(times: Times) -> float:
     """Gini coefficient (Alg. 1, Eq. 4.2): 0 if all are equal, ``1 - 1/n`` if one holds everything.
 
     Args:
-        times: One value >= 0 per controller; equal for all, zeros included, gives 0.
+        times: One value per controller; equal for all, zeros included, gives 0. Values below 0 count as 0.
     """
-    ordered = sorted(times)
+    ordered = sorted(max(time, 0.0) for time in times)
     n, total = len(ordered), float(sum(ordered))
     if total == 0.0:
         return 0.0
@@ -54,6 +55,11 @@ class Gini(Pattern):
     wanted = "Gini coefficients spread wide and evenly"
     nothing = NO_PATTERN
     exact = True
+
+    @classmethod
+    def check(cls, maps_per_set: int, controllers: int) -> None:
+        """Refuse single maps, which have no spread."""
+        check_maps(maps_per_set, FEWEST_MAPS, "gini")
 
     def score(self, times: Times) -> float:
         """Return the Gini coefficient of the times."""

@@ -9,9 +9,8 @@ from itertools import permutations, product
 import numpy as np
 from numpy.typing import NDArray
 
-from evolution.search.judging.patterns.base import Pattern, Times, log_times
+from evolution.search.judging.patterns.base import Pattern, Times, check_maps, log_times
 from evolution.search.judging.patterns.pools import Found, Pool
-from gym_mapbench.errors import ConfigError
 
 CLEARLY = math.log(1.2)
 """Lead in the logarithm of the time that counts in full: a factor of 1.2."""
@@ -36,12 +35,12 @@ class Pairs(Pattern):
     wanted = "fastest controllers differ: each beats each other somewhere"
     exact = True
     ordered = False
+    less_is_better = True
 
     @classmethod
     def check(cls, maps_per_set: int, controllers: int) -> None:
         """Refuse single maps: on one map, one of two controllers is faster."""
-        if maps_per_set < FEWEST_MAPS:
-            raise ConfigError(f"maps_per_set: expected {FEWEST_MAPS} or more with pairs, got {maps_per_set}")
+        check_maps(maps_per_set, FEWEST_MAPS, "pairs")
 
     def score(self, times: Times) -> float:
         """Return how many times as long as the fastest controller the slowest takes, as a logarithm."""

@@ -22,6 +22,7 @@ class Regret(Pattern):
     score_name = "regret"
     wanted = "first controller is slower than another"
     ordered = False
+    less_is_better = True
 
     @classmethod
     def check(cls, maps_per_set: int, controllers: int) -> None:

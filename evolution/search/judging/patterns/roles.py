@@ -14,7 +14,7 @@ import numpy as np
 import scipy
 from numpy.typing import NDArray
 
-from evolution.search.judging.patterns.base import Pattern, Times, log_times
+from evolution.search.judging.patterns.base import Pattern, Times, check_maps, log_times
 from evolution.search.judging.patterns.pools import Found, Pool, orders_of
 from gym_mapbench.errors import ConfigError
 
@@ -69,8 +69,7 @@ class Roles(Pattern):
     @classmethod
     def check(cls, maps_per_set: int, controllers: int) -> None:
         """Refuse fewer than three maps or controllers."""
-        if maps_per_set < FEWEST:
-            raise ConfigError(f"maps_per_set: expected {FEWEST} or more with roles, got {maps_per_set}")
+        check_maps(maps_per_set, FEWEST, "roles")
         if controllers < FEWEST:
             raise ConfigError(f"controllers: expected {FEWEST} or more with roles, got {controllers}")
 

@@ -225,6 +225,15 @@ class Lost(Contrast):
         return float("nan")
 
 
+class Silent(Contrast):
+    def judge(self, scores, maps):
+        """Forget to return."""
+
+
+class Unfinished(Pattern):
+    """Without any method."""
+
+
 class Endless(Contrast):
     def score(self, times):
         return float("inf")
@@ -235,6 +244,8 @@ WRONG = (
     ("Broken", r"ValueError: no idea, test_fitness.py line \d+"),
     ("Lost", "expected a finite pattern, got nan"),
     ("Endless", "expected a finite score, got inf"),
+    ("Silent", "expected a finite pattern, got None"),
+    ("Unfinished", "NotImplementedError: Unfinished has no method score"),
 )
 
 

@@ -14,7 +14,7 @@ from evolution.driving import RunResult
 from evolution.search.experiment import Experiment
 from evolution.search.judging import Fitness, JudgingSettings
 from evolution.search.judging.exact import best_set
-from evolution.search.judging.patterns import groups, pair_scores, role_scores
+from evolution.search.judging.patterns import gini, groups, pair_scores, role_scores
 from evolution.search.settings import EvolveSettings
 from gym_mapbench.errors import ConfigError
 from tests.evolution.fake_runs import CONTROLLERS, WORLD
@@ -95,8 +95,21 @@ def test_scores_depend_on_ratios_alone(times, factor):
         ({"fitness": "roles"}, 2, "controllers: expected 3 or more with roles, got 2"),
         ({"fitness": "roles", "failures": "par2"}, 3, "failures: expected 'exclude' with fitness 'roles', got 'par2'"),
         ({"fitness": "pairs", "maps_per_set": 1}, 3, "maps_per_set: expected 2 or more with pairs, got 1"),
+        ({"fitness": "gini", "maps_per_set": 1}, 3, "maps_per_set: expected 2 or more with gini, got 1"),
+        ({"fitness": "cluster", "maps_per_set": 1}, 3, "maps_per_set: expected 2 or more with cluster, got 1"),
+        (
+            {"fitness": "regret", "metric": "spl"},
+            3,
+            "metric: expected one of which less is better with fitness 'regret'",
+        ),
+        ({"fitness": "pairs", "metric": "min_clearance"}, 3, "metric: .* less is better with fitness 'pairs'"),
     ],
 )
 def test_what_a_pattern_cannot_be_used_for_is_one_line(options, controllers, message):
     with pytest.raises(ConfigError, match=message):
         Experiment(EvolveSettings(**options), CONTROLLERS[:controllers], WORLD)
+
+
+def test_values_below_zero_count_as_zero():
+    """A clearance is a little below 0 where a robot touches a wall; the Gini coefficient stays below 1 - 1/n."""
+    assert gini((-0.0002, -0.0003, 0.0006)) == pytest.approx(2 / 3)
