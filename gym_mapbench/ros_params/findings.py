@@ -18,6 +18,7 @@ Kind = Literal[
     "left_out",
     "template",
     "repeated",
+    "mistyped",
     "detail",
 ]
 KINDS: dict[Kind, str] = {
@@ -30,6 +31,7 @@ KINDS: dict[Kind, str] = {
     "left_out": "are not modelled, though they may change how the real robot drives",
     "template": "are templates without a value, left to the robot",
     "repeated": "are given twice, so that the last value counts",
+    "mistyped": "have another type than in Nav2, which does not start with them",
     "detail": "belong to what is replaced",
 }
 """How a report goes on about the keys of each kind after ``keys that``."""

@@ -548,6 +548,56 @@ def test_a_file_without_shape_and_limits_leaves_the_robot_as_it_is():
     assert robot_of(parse_nav2_params({"planner_server": node()}), RobotSpec()) == RobotSpec()
 
 
+# --- Types ------------------------------------------------------------------------------------------------------------
+
+
+def mistyped(document, release=None):
+    return {name: why for name, (kind, why) in found(document, release).items() if kind == "mistyped"}
+
+
+def test_numbers_of_another_type_than_in_nav2_are_named():
+    """Nav2 does not start with them; runs here are the same."""
+    dwb = {**DWB, "sim_time": 2, "vx_samples": 20.0, "vtheta_samples": 20, "max_vel_x": 0.3}
+    dwb |= {"PathDist.scale": 32, "GoalDist.scale": 24}
+    document = with_controller(dwb, controller_frequency=20, goal_checker={"xy_goal_tolerance": 1})
+    document |= with_layers(["inflation_layer"], inflation_layer={"inflation_radius": 1}, width=3, update_frequency=5)
+    document["velocity_smoother"] = node(max_velocity=[0.5, 0, 2.5], min_velocity=[-0.5, 0.0, -2.5])
+    document["bt_navigator"] = node(bt_loop_duration=10.0)
+    assert mistyped(document) == {
+        "controller_server.FollowPath.sim_time": "expected a double; write 2.0",
+        "controller_server.FollowPath.vx_samples": "expected an integer; write 20",
+        "controller_server.FollowPath.PathDist.scale": "expected a double; write 32.0",
+        "controller_server.controller_frequency": "expected a double; write 20.0",
+        "controller_server.goal_checker.xy_goal_tolerance": "expected a double; write 1.0",
+        "local_costmap.local_costmap.inflation_layer.inflation_radius": "expected a double; write 1.0",
+        "local_costmap.local_costmap.update_frequency": "expected a double; write 5.0",
+        "velocity_smoother.max_velocity": "expected a list of doubles; write [0.5, 0.0, 2.5]",
+        "bt_navigator.bt_loop_duration": "expected an integer; write 10",
+    }
+
+
+def test_optional_parameters_and_those_of_other_names_have_types_too():
+    mppi = {**MPPI, "time_steps": 56.0, "ax_max": 3, "critics": ["CostCritic"], "CostCritic": {"critical_cost": 300}}
+    assert mistyped(with_controller(mppi), "jazzy") == {
+        "controller_server.FollowPath.time_steps": "expected an integer; write 56",
+        "controller_server.FollowPath.ax_max": "expected a double; write 3.0",
+        "controller_server.FollowPath.CostCritic.critical_cost": "expected a double; write 300.0",
+    }
+    rpp = with_controller({**RPP, "max_linear_vel": 1, "lookahead_dist": 0.6}, path_handler_plugins=["PathHandler"])
+    assert mistyped(rpp) == {"controller_server.FollowPath.max_linear_vel": "expected a double; write 1.0"}
+
+
+def test_types_of_what_stands_in_for_another_plugin_are_unknown():
+    layer = {"plugin": "spatio_temporal_voxel_layer/SpatioTemporalVoxelLayer", "mark_threshold": 0.0, **LASER}
+    assert mistyped(with_layers(["stvl"], stvl=layer)) == {}
+
+
+def test_the_summary_names_wrong_types_first(write):
+    read = read_nav2_params(write(with_controller({**DWB, "sim_time": 2})))
+    wanted = "Nav2 does not start with: controller_server.FollowPath.sim_time (line 11): expected a double; write 2.0"
+    assert summarise(read)[2] == wanted
+
+
 # --- What is said -----------------------------------------------------------------------------------------------------
 
 
