@@ -5,6 +5,7 @@ from __future__ import annotations
 import contextlib
 import copy
 import math
+import re
 
 import pytest
 import yaml
@@ -228,6 +229,29 @@ def test_of_two_sections_the_one_in_its_place_counts():
     assert read.named("unused") == ("robot.local_costmap.local_costmap",)
     flat = {"a": {"planner_server": node()}, "planner_server": node(planner_plugins=["GridBased"])}
     assert parse_nav2_params(flat).named("unused") == ("a.planner_server",)
+
+
+@pytest.mark.parametrize(
+    "name",
+    ["local_costmap/local_costmap", "/robot/local_costmap/local_costmap", "/**/local_costmap", "/*/local_costmap"],
+)
+def test_names_of_a_costmaps_node_that_ros_accepts(name):
+    assert parse_nav2_params({name: node(width=4)}).navigation.local_costmap.width == 4
+    assert parse_nav2_params({"/**": {"local_costmap": node(width=4)}}).navigation.local_costmap.width == 4
+
+
+@pytest.mark.parametrize("path", [("local_costmap",), ("robot", "local_costmap"), ("/robot/local_costmap",)])
+def test_a_costmap_without_its_namespace_is_refused(path, write):
+    """The node is ``/local_costmap/local_costmap``, and ROS ignores a section for ``/local_costmap``."""
+    document = node(width=4)
+    for key in reversed(path):
+        document = {key: document}
+    full = ".".join(path)
+    refused = f"{full}: expected 'ros__parameters' under {full}.local_costmap, the namespace and the name of"
+    with pytest.raises(ConfigError, match=re.escape(refused)):
+        parse_nav2_params(document)
+    with pytest.raises(ConfigError, match=r"line 2: robot\.local_costmap: expected"):
+        read_nav2_params(write("robot:\n  local_costmap: {ros__parameters: {width: 3}}"))
 
 
 def test_a_key_given_twice_counts_as_in_ros(write):
