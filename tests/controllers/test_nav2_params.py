@@ -89,7 +89,7 @@ def follow_path(**params):
 
 
 def mppi(**params):
-    return sample(FollowPath={"plugin": "nav2_mppi_controller::MPPIController", **params})
+    return sample(FollowPath={"plugin": "nav2_mppi_controller::MPPIController", "model_dt": 0.1, **params})
 
 
 def costmap(**params):

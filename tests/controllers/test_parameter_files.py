@@ -339,6 +339,24 @@ def test_the_robot_of_a_shim_turns_as_fast_as_either_wants():
         assert robot.max_linear_velocity == 0.4
 
 
+@pytest.mark.parametrize("shim", [False, True])
+def test_mppi_that_does_not_start_with_the_rate_of_the_server_is_refused(shim, write):
+    around = {"plugin": "nav2_rotation_shim_controller::RotationShimController", "primary_controller": MPPI["plugin"]}
+    mppi = {**MPPI, "model_dt": 0.05, **(around if shim else {})}
+    said = (
+        r"line \d+: controller_server\.FollowPath\.model_dt: expected at least the control period \(0\.1 s\), got 0\.05"
+    )
+    with pytest.raises(ConfigError, match=said):
+        read_nav2_params(write(with_controller(mppi, controller_frequency=10.0)))
+    read = parse_nav2_params(with_controller({**mppi, "model_dt": 0.1}, controller_frequency=10.0))
+    assert read.navigation.controllers["FollowPath"].params["model_dt"] == 0.1
+
+
+def test_mppi_of_a_preset_does_not_keep_a_slow_server_from_starting(write):
+    read = read_nav2_params(write(with_controller(DWB, controller_frequency=10.0)))
+    assert {plugin.kind for plugin in read.navigation.controllers.values()} >= {"dwb", "mppi"}
+
+
 def test_a_rotation_shim_whose_primary_controller_is_not_there():
     with pytest.raises(ConfigError, match=r"FollowPath.primary_controller: expected the class .* inside, got none"):
         parse_nav2_params(with_controller(SHIM))
