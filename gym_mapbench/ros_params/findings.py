@@ -19,6 +19,7 @@ Kind = Literal[
     "template",
     "repeated",
     "mistyped",
+    "missing",
     "detail",
 ]
 KINDS: dict[Kind, str] = {
@@ -32,6 +33,7 @@ KINDS: dict[Kind, str] = {
     "template": "are templates without a value, left to the robot",
     "repeated": "are given twice, so that the last value counts",
     "mistyped": "have another type than in Nav2, which does not start with them",
+    "missing": "Nav2's default tree needs, and the file does not have",
     "detail": "belong to what is replaced",
 }
 """How a report goes on about the keys of each kind after ``keys that``."""
@@ -39,7 +41,7 @@ KINDS: dict[Kind, str] = {
 
 @dataclass(frozen=True)
 class Finding:
-    """A key, group or node of a parameter file that is not a parameter in use.
+    """A key, group or node of a parameter file that is not a parameter in use, or that is missing.
 
     Args:
         kind: One of ``KINDS``.

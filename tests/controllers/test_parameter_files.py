@@ -418,6 +418,25 @@ def test_behaviours_of_other_classes_are_left_out():
     assert read.named("left_out") == ("behavior_server.spin",)
 
 
+def missing(names, **navigator):
+    read = parse_nav2_params({"behavior_server": node(behavior_plugins=names), "bt_navigator": node(**navigator)})
+    return {finding.name.partition(".")[2]: finding.why for finding in read.findings if finding.kind == "missing"}
+
+
+def test_behaviours_without_which_nav2s_default_tree_does_not_load_are_named():
+    assert missing(["wait", "spin", "backup"]) == {}
+    assert missing(["spin", "wait"]) == {"backup": "expected in behavior_plugins"}
+    assert missing(["spin", "back_up", "wait"]) == {"backup": "expected in behavior_plugins, got 'back_up'"}
+    assert missing([]) == dict.fromkeys(("spin", "backup", "wait"), "expected in behavior_plugins")
+    default = "$(find-pkg-share nav2_bt_navigator)/behavior_trees/navigate_to_pose_w_replanning_and_recovery.xml"
+    assert list(missing(["spin", "wait"], default_nav_to_pose_bt_xml=default)) == ["backup"]
+    assert missing(["spin", "wait"], default_nav_to_pose_bt_xml="/mine/without_backup.xml") == {}
+    assert parse_nav2_params({"behavior_server": node()}).named("missing") == ()
+    lines = summarise(parse_nav2_params({"behavior_server": node(behavior_plugins=["spin", "wait"])}))
+    wanted = "Nav2's default tree does not load without: behavior_server.backup: expected in behavior_plugins"
+    assert wanted in lines
+
+
 def test_humbles_back_up_is_read_with_its_limits_and_jazzys_has_none():
     server = node(behavior_plugins=["backup"], backup={"plugin": "nav2_behaviors/BackUp", "acceleration_limit": 2.5})
     read = parse_nav2_params({"behavior_server": server}, release="humble")
