@@ -26,7 +26,7 @@ from controllers.nav2_params.nodes import COSTMAPS, SECTIONS, all_nodes, find_se
 from controllers.nav2_params.plugins import BEHAVIORS, PLANNERS, names_in_ros, stand_in
 from controllers.nav2_params.recognition import Recognition, recognise
 from controllers.releases import Release
-from gym_mapbench.errors import nearest_name
+from gym_mapbench.errors import ConfigError, nearest_name
 from gym_mapbench.ros_params import (
     Finding,
     Findings,
@@ -156,8 +156,16 @@ def _read_sections(sections: Mapping[str, Section], servers: FilterServers) -> t
 
 
 def _read_planner(server: Section) -> PlannerPlugin:
-    """Read the planner that the default tree asks for, or else the first; NavFn or Smac 2D stand in for others."""
+    """Read the planner that the default tree asks for, or else the first; NavFn or Smac 2D stand in for others.
+
+    Raises:
+        ConfigError: If a value is wrong, or a planner has no class; Nav2 has one for ``GridBased`` alone in its list.
+    """
     names = server.take_names("planner_plugins", (TREES_PLANNER,), least=1)
+    for name in names if names != (TREES_PLANNER,) else ():
+        group = server.values.get(name)
+        if not isinstance(group, Mapping) or "plugin" not in group:
+            raise ConfigError(f"{server.name}.{name}.plugin: expected the class of this planner, got none")
     group = server.take_group(TREES_PLANNER if TREES_PLANNER in names else names[0], TREES_PLANNER)
     ros_class = group.values.pop("plugin", PLANNERS[USUAL_PLANNER].names[group.findings.release])
     refuse_slash(ros_class, group.findings.release, f"{group.name}.plugin")

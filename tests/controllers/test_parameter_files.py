@@ -398,6 +398,28 @@ def test_a_planner_that_is_not_built_has_a_stand_in(ros_class, planner):
     )
 
 
+@pytest.mark.parametrize(
+    ("names", "plugins", "refused"),
+    [
+        (["GridBased", "Other"], {"GridBased": {"plugin": "nav2_navfn_planner/NavfnPlanner"}}, "Other"),
+        (["GridBased", "Other"], {"Other": {"plugin": "mine::Planner"}, "GridBased": {"tolerance": 0.2}}, "GridBased"),
+        (["Mine"], {"Mine": {"tolerance": 0.2}}, "Mine"),
+        (["GridBased", "Other"], {"GridBased.plugin": "mine::A", "Other.plugin": "mine::B"}, ""),
+        (["GridBased"], {"GridBased": {"tolerance": 0.2}}, ""),
+    ],
+)
+def test_every_planner_has_a_class_but_nav2s_own(names, plugins, refused):
+    """Nav2 gives ``GridBased`` a class only where it is alone in the list."""
+    document = {"planner_server": node(planner_plugins=names, **plugins)}
+    if not refused:
+        assert parse_nav2_params(document).navigation.planner.name == "navfn"
+        return
+    with pytest.raises(
+        ConfigError, match=rf"planner_server\.{refused}\.plugin: expected the class of this planner, got"
+    ):
+        parse_nav2_params(document)
+
+
 def test_a_goal_checker_of_the_position_alone_is_jazzys():
     document = with_controller(
         DWB, goal_checker_plugins=["near"], near={"plugin": "nav2_controller::PositionGoalChecker"}
