@@ -479,6 +479,24 @@ def test_of_two_voxel_layers_the_one_with_a_lidar_is_built():
     assert read.named("left_out") == ("local_costmap.local_costmap.eyes",)
 
 
+@pytest.mark.parametrize("names", ["laser", "scan laser", ["laser"]])
+def test_an_observation_source_without_a_block_is_refused(names, write):
+    """Nav2 listens to the topic ``laser`` with defaults that drop every point above the floor."""
+    layer = {"plugin": VOXEL, "enabled": True, "observation_sources": names, "scan": {"data_type": "LaserScan"}}
+    wanted = (
+        r"line 9: .*\.eyes\.observation_sources: expected sources with a block in .*\.eyes \(it has scan\), got 'laser'"
+    )
+    with pytest.raises(ConfigError, match=wanted):
+        read_nav2_params(write(with_layers(["eyes"], eyes=layer)))
+    off = parse_nav2_params(with_layers(["eyes"], eyes={**layer, "enabled": False}))
+    assert not off.navigation.local_costmap.voxel_layer.enabled
+    shared = with_layers(["eyes"], eyes={"plugin": VOXEL}, observation_sources="laser")
+    with pytest.raises(
+        ConfigError, match=r"local_costmap\.local_costmap\.observation_sources: .* \(it has none\), got"
+    ):
+        parse_nav2_params(shared)
+
+
 def test_without_any_lidar_a_point_cloud_stands_for_it():
     read = parse_nav2_params(with_layers(["eyes"], eyes={"plugin": VOXEL, **CAMERA}))
     layer = read.navigation.local_costmap.voxel_layer
