@@ -165,6 +165,17 @@ def test_a_default_of_the_controller_becomes_the_path_handlers(migrate):
     assert "PathHandler.prune_distance: written out as 1.5, Jazzy's default of " in "\n".join(migration.done)
 
 
+@pytest.mark.parametrize("target", ["humble", "jazzy"])
+def test_a_parameter_that_is_written_out_is_not_at_its_default(migrate, target):
+    lyrical = migrate(JAZZY.replace("prune_distance: 1.2", "prune_distance: 0.7"), "lyrical").text
+    done = migrate(lyrical, target).done
+    written = "controller_server.FollowPath.prune_distance: written out as 0.7, the path handler's prune_distance"
+    assert written in done
+    (new,) = [line for line in done if line.startswith("controller_server.FollowPath: new in")]
+    assert " prune_distance" not in new
+    assert "inversion_xy_tolerance 0.2" in new
+
+
 def test_the_round_trip_through_lyrical_keeps_the_controllers(migrate):
     text = JAZZY.replace("      stateful: true\n", "")
     back = migrate(migrate(text, "lyrical").text, "jazzy")
