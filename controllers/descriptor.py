@@ -24,6 +24,10 @@ def _no_forms(group: Mapping[str, Any]) -> Mapping[str, tuple[Release, ...]]:
     return {}
 
 
+def _any_period(params: Mapping[str, Any], control_period: float) -> None:
+    """Accept any control period."""
+
+
 @dataclass(frozen=True, kw_only=True)
 class Nav2Controller(RosPlugin):
     """A controller plugin of Nav2.
@@ -40,6 +44,8 @@ class Nav2Controller(RosPlugin):
         needs_no_section: Whether a file without a section for the controller still has it, with Nav2's defaults.
         forms: Given its section, returns the keys with values of a form that not every release starts with -> the
             releases that do.
+        check_period: Given the parameters and the control period, s, raises ``ConfigError`` if the controller server
+            does not start with both.
     """
 
     make: Callable[[Any], PathFollower]
@@ -50,6 +56,7 @@ class Nav2Controller(RosPlugin):
     exchanged: Mapping[str, tuple[str, Mapping[str, str]]] = field(default_factory=dict)
     needs_no_section: bool = False
     forms: Callable[[Mapping[str, Any]], Mapping[str, tuple[Release, ...]]] = _no_forms
+    check_period: Callable[[Mapping[str, Any], float], None] = _any_period
 
 
 def named_limits(params: Mapping[str, Any], sources: Mapping[str, str]) -> Limits:

@@ -74,6 +74,11 @@ class SettingsWithCritics(ReleaseSettings):
                 raise unknown_name("critic", name, names)
         return value
 
+    @property
+    def unread(self) -> frozenset[str]:
+        """Names of the critics that are not listed; Nav2 does not read their parameters."""
+        return frozenset(self.critic_names()) - frozenset(self.critics)  # type: ignore[attr-defined]
+
     @classmethod
     def critic_names(cls) -> tuple[str, ...]:
         """Names of all critics there are."""

@@ -232,5 +232,5 @@ def tuning_of(
     check_room([*maps, *held_out], world)
     plan = TuningPlan(text.controller, world, wanted, maps, held_out, tuned)
     if space is None:
-        plan = replace(plan, space=writable_space(wanted, text, plan.own))
+        plan = replace(plan, space=writable_space(wanted, text))
     return plan, text

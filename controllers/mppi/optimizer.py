@@ -32,9 +32,8 @@ from controllers.mppi.kernels.update import send, smooth
 from controllers.mppi.kernels.walk import walk_cost, walk_obstacles
 from controllers.mppi.noise import Layout, Noise, NoiseSource
 from controllers.mppi.params import MppiParams
-from controllers.mppi.records import CALL, SAME_PERIOD, make_tuning
+from controllers.mppi.records import CALL, make_tuning, refuse_short_step
 from gym_mapbench.costmap import Costmap
-from gym_mapbench.errors import ConfigError
 from gym_mapbench.world.scenario import Pose
 
 HISTORY = 4
@@ -89,10 +88,7 @@ class Optimizer:
     _noise: Noise
 
     def __init__(self, params: MppiParams, setup: FollowerSetup, source: NoiseSource) -> None:
-        if setup.control_period > params.model_dt + SAME_PERIOD:
-            raise ConfigError(
-                f"model_dt: expected at least the control period ({setup.control_period:g} s), got {params.model_dt:g}"
-            )
+        refuse_short_step(params.model_dt, setup.control_period)
         self._params, self._source, self._is_jazzy = params, source, params.release != "humble"
         self._tuning, self._call = make_tuning(params, setup), np.zeros(1, dtype=CALL)
         self._shifts = bool(self._tuning["shifts"][0])

@@ -9,6 +9,7 @@ from controllers.descriptor import Limits, Nav2Controller, named_limits
 from controllers.mppi.controller import MppiFollower
 from controllers.mppi.motion_model import arrange, forms, take_motion_model
 from controllers.mppi.params import RENAMED_KEYS, ROS_ONLY_KEYS, MppiParams
+from controllers.mppi.records import refuse_short_step
 from controllers.releases import RELEASES, Release
 from gym_mapbench.errors import ConfigError
 from gym_mapbench.ros_params import Keys, Section, in_every_release
@@ -138,6 +139,11 @@ def _of_samples(params: Mapping[str, Any]) -> str:
     )
 
 
+def check_period(params: Mapping[str, Any], control_period: float) -> None:
+    """Refuse a ``model_dt`` shorter than the control period; raises ``ConfigError``."""
+    refuse_short_step(params["model_dt"], control_period)
+
+
 MPPI = Nav2Controller(
     in_every_release("nav2_mppi_controller::MPPIController"),
     "MPPI",
@@ -161,4 +167,5 @@ MPPI = Nav2Controller(
     relative_cost=4.0,
     old_critics=OLD_CRITICS,
     exchanged=EXCHANGED,
+    check_period=check_period,
 )

@@ -10,6 +10,7 @@ from numpy.typing import NDArray
 from controllers.base import FollowerSetup
 from controllers.mppi.params import MppiParams
 from controllers.records import fill_groups, record_of
+from gym_mapbench.errors import ConfigError
 from gym_mapbench.world.footprint import Footprint
 
 Record = NDArray[np.void]
@@ -60,6 +61,20 @@ of the plan, else the last point of the local path), its squared distance (in Ly
 heading at the end of the local path (rad); place of the costmap (m). Written during the call: whether all trajectories
 collide, how many do for the Obstacles critic, the furthest path point reached (-1 until known), and the point that
 PathAngle looks at (m, from the robot) with the path's heading there (rad)."""
+
+
+def refuse_short_step(model_dt: float, control_period: float) -> None:
+    """Refuse a time step with which Nav2's controller server does not start.
+
+    Args:
+        model_dt: Time between two points of a trajectory, s.
+        control_period: Seconds between two commands, 1 / ``controller_frequency``.
+
+    Raises:
+        ConfigError: If the control period is longer than ``model_dt``.
+    """
+    if control_period > model_dt + SAME_PERIOD:
+        raise ConfigError(f"model_dt: expected at least the control period ({control_period:g} s), got {model_dt:g}")
 
 
 def make_tuning(params: MppiParams, setup: FollowerSetup) -> Record:

@@ -22,7 +22,7 @@ def migrate_controller(
         work: The migration.
         controller: Its group.
         inflation: Parameters that Humble's critic has to be told about the inflation layer.
-        moved: Full names of the parameters that moved to another group already.
+        moved: Full names of the parameters that moved to another group, or from there, already.
     """
     given, plugin, full = controller.given, controller.plugin, controller.full
     missing = plugin.keys.missing.get(work.target, {})
@@ -36,7 +36,8 @@ def migrate_controller(
     layer = inflation if work.target == "humble" != work.source and controller.primary == "mppi" else {}
     for name, value in layer.items():
         _write_out(work, controller, name, value, "the local costmap's")
-    _tell_new(work, full, {*given, *layer}, given, plugin)
+    here = {name.removeprefix(f"{full}.") for name in moved}
+    _tell_new(work, full, {*given, *layer, *here}, given, plugin)
 
 
 def _write_out(work: Work, controller: ControllerGroup, name: str, value: Any, why: str) -> None:

@@ -56,7 +56,7 @@ def read_controllers(server: Section) -> ControllersFound:
     """Read ``controller_server`` with its checkers and controllers.
 
     Raises:
-        ConfigError: If a value is wrong, or a controller has no class.
+        ConfigError: If a value is wrong, a controller has no class, or does not start with the rate of the server.
     """
     default = (TREES_CHOICE,) if TREES_CHOICE in server.values else ()
     names = server.take_names("controller_plugins", default)
@@ -74,7 +74,17 @@ def read_controllers(server: Section) -> ControllersFound:
     plugins |= {"progress_checker": _read_progress_checker(server), "goal_checker": _read_goal_checker(server)}
     server.leave_groups()
     settings = server.make(ControllerServer, {**server.read(keys.CONTROLLER_SERVER, _scalars()), **plugins})
+    for name, plugin in controllers.items():
+        _check_period(f"{server.name}.{name}", plugin, 1.0 / settings.controller_frequency)
     return ControllersFound(settings, controllers, foreign, TREES_CHOICE if TREES_CHOICE in names else (*names, "")[0])
+
+
+def _check_period(full: str, plugin: ControllerPlugin, control_period: float) -> None:
+    """Refuse a controller that does not start with the rate of the server."""
+    try:
+        CONTROLLERS[plugin.kind].check_period(plugin.params, control_period)
+    except ConfigError as error:
+        raise ConfigError(f"{full}.{error}") from None
 
 
 def _read_path_handler(server: Section) -> PathHandler:

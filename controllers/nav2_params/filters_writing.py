@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterator, Mapping
+from hashlib import sha256
 from typing import Any
 
 from controllers.nav2_params.filter_servers import INFO_SERVERS, MASK_SERVERS
@@ -23,6 +24,17 @@ def filter_groups(costmap: CostmapParams, where: str) -> dict[str, Any]:
     """Return the list of a costmap's filters and their groups; nothing where there are none."""
     groups = {name: _group(each, f"{where}_{name}", costmap.release) for name, each in _filters(costmap)}
     return {"filters": list(groups), **groups} if groups else {}
+
+
+def filter_values(costmap: CostmapParams) -> dict[str, Any]:
+    """Return what distinguishes a costmap's filters, by filter: class, options, numbers of its info server, and mask.
+
+    The mask is a text of size, resolution, origin and digest. Topics and files, which only connect the nodes, are left
+    out; without filters there is nothing.
+    """
+    groups = {name: {**_group(each, "", costmap.release), **_effect(each)} for name, each in _filters(costmap)}
+    kept = {name: {key: group[key] for key in group if not key.endswith("_topic")} for name, group in groups.items()}
+    return {"filters": list(kept), **kept} if kept else {}
 
 
 def filter_nodes(navigation: NavigationParams) -> dict[str, dict[str, Any]]:
@@ -67,6 +79,19 @@ def _info(each: Filter) -> Mapping[str, float]:
     if isinstance(each, KeepoutFilter):
         return {"type": 0, "base": 0.0, "multiplier": 1.0}
     return {"type": PERCENT if each.percentage else ABSOLUTE, "base": each.base, "multiplier": each.multiplier}
+
+
+def _effect(each: Filter) -> dict[str, Any]:
+    """Return the mask of a filter, and the numbers of its info server if the filter reads them."""
+    read = _info(each) if isinstance(each, SpeedFilter) else {}
+    return {**read, "mask": _short(each.mask)}
+
+
+def _short(mask: FilterMask) -> str:
+    """Describe a mask: size, resolution, origin and digest."""
+    resolution, x, y = mask.geometry
+    digest = sha256(mask.values.tobytes()).hexdigest()[:8]
+    return f"{mask.rows} x {mask.cols} cells of {resolution:g} m from ({x:g}, {y:g}), {digest}"
 
 
 def _occupancy(mask: FilterMask) -> Occupancy:

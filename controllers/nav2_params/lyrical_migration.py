@@ -48,14 +48,13 @@ def move_path_handling(work: Work, full: str, server: yaml.MappingNode, controll
     """Move the parameters of the local plan to Lyrical's path handler, or back to the controllers.
 
     Returns:
-        The full names of the parameters that have moved.
+        The full names that the parameters have, or had, in the groups of the controllers.
     """
     given = {entry.name: entry for entry in entries(server)}
     if "controller_plugins" not in given or (work.source == "lyrical") == (work.target == "lyrical"):
         return frozenset()
     if work.target != "lyrical":
-        _return_handling(work, full, server, controllers, given)
-        return frozenset()
+        return _return_handling(work, full, server, controllers, given)
     if HANDLER_LIST in given:
         return frozenset()
     handler: dict[str, Any] = {"plugin": PATH_HANDLERS["feasible"]["lyrical"]}
@@ -88,16 +87,18 @@ def _gather_handling(work: Work, chosen: ControllerGroup, handler: dict[str, Any
 
 def _return_handling(
     work: Work, full: str, server: yaml.MappingNode, controllers: Controllers, given: Mapping[str, Entry]
-) -> None:
-    """Give the path handler's parameters to the controllers, and take the path handler out."""
+) -> frozenset[str]:
+    """Give the path handler's parameters to the controllers, and take the path handler out; return their full names."""
     name = (listed(given.get(HANDLER_LIST)) or [PATH_HANDLER_ID])[0]
     own = {entry.name.removeprefix(f"{name}."): entry for key, entry in given.items() if key.startswith(f"{name}.")}
     values = PathHandler().model_dump() | {key: value_of(entry) for key, entry in own.items()}
+    written = set()
     for controller in controllers.values():
         for old, new in HANDLED[controller.primary].items():
             value = values[new]
             if value not in (None, controller.plugin.default(old, work.target)):
                 work.write_out(controller.full, controller.group, old, value, f"the path handler's {new}")
+                written.add(f"{controller.full}.{old}")
     returned = {new for controller in controllers.values() for new in HANDLED[controller.primary].values()}
     for key, entry in own.items():
         if key not in returned and key != "plugin":
@@ -105,6 +106,7 @@ def _return_handling(
     for entry in children(server):
         if entry.name in (HANDLER_LIST, name) or entry.name.startswith(f"{name}."):
             work.edits.remove(entry)
+    return frozenset(written)
 
 
 def migrate_forms(work: Work, controllers: Controllers) -> None:

@@ -37,6 +37,7 @@ from controllers.nav2_params.monitor_migration import migrate_monitor
 from controllers.nav2_params.nodes import Node, all_nodes
 from controllers.nav2_params.older import OLD_NODES
 from controllers.nav2_params.recognition import recognise
+from controllers.nav2_params.signs import kilted_key
 from controllers.nav2_params.yaml_edits import Edits, Entry, as_yaml, entries
 from controllers.releases import Release
 from gym_mapbench.errors import ConfigError
@@ -68,7 +69,8 @@ def migrate_file(path: str | Path, target: Release, source: Release | None = Non
     Args:
         path: The file; it is not changed.
         target: The distribution to migrate to.
-        source: The distribution for which the file is written; None to recognise it.
+        source: The distribution for which the file is written; None to recognise it. A file that is recognised as
+            Jazzy's and has a key of Kilted's publishes TwistStamped by default.
 
     Raises:
         ConfigError: If the file cannot be read, is not a parameter file, or mixes the distributions.
@@ -80,7 +82,10 @@ def migrate_file(path: str | Path, target: Release, source: Release | None = Non
         known = source or recognise(nodes).release
     except ConfigError as error:
         raise ConfigError(f"{path}: {error}") from None
-    work = Work(Edits(text), known, target)
+    kilted = kilted_key(nodes) if source is None and known == "jazzy" else ""
+    work = Work(Edits(text), known, target, bool(kilted))
+    if kilted and target != "humble":
+        work.tell(kilted, "a key of Kilted, which publishes TwistStamped by default")
     if root is not None:
         for full, key, group in parameter_groups(root, ""):
             _migrate_node(work, full, key, group, _inflation_layer(nodes))
@@ -197,13 +202,16 @@ def _respell(work: Work, full: str, entry: Entry) -> None:
 
 def _tell_defaults(work: Work, full: str, node: str, group: yaml.MappingNode) -> None:
     """Write out or name the defaults of a node that are others in Lyrical, and change what the robot does."""
-    if (work.source == "lyrical") == (work.target == "lyrical") or work.target == "humble":
+    if work.target == "humble":
         return
-    if node in STAMPED_NODES and group.value and STAMPED not in {entry.name for entry in children(group)}:
-        stamped, source = work.source == "lyrical", work.source.capitalize()
-        message = "TwistStamped" if stamped else "Twist"
-        work.write_out(full, group, STAMPED, stamped, f"since {source} publishes {message} by default")
-    if work.target == "lyrical":
+    stamped = work.kilted or work.source == "lyrical"
+    given = group.value and STAMPED in {entry.name for entry in children(group)}
+    if node in STAMPED_NODES and group.value and not given and stamped != (work.target == "lyrical"):
+        source = "Kilted" if work.kilted else work.source.capitalize()
+        message, unlike = "TwistStamped" if stamped else "Twist", "; Kilted publishes TwistStamped"
+        why = f"since {source} publishes {message} by default{unlike if source == 'Jazzy' else ''}"
+        work.write_out(full, group, STAMPED, stamped, why)
+    if work.target == "lyrical" != work.source:
         _tell_new_defaults(work, full, NEW_DEFAULTS.get(node, {}), group)
 
 

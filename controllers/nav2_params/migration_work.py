@@ -31,6 +31,7 @@ class Work:
         edits: The changes of the text.
         source: The distribution for which the file was written.
         target: The distribution to which it is migrated.
+        kilted: Whether the file is Kilted's, which publishes TwistStamped by default, unlike Jazzy.
         done: The changes, one line each.
         lost: Keys without a counterpart, one line each.
     """
@@ -38,6 +39,7 @@ class Work:
     edits: Edits
     source: Release
     target: Release
+    kilted: bool = False
     done: list[str] = field(default_factory=list)
     lost: list[str] = field(default_factory=list)
 

@@ -53,10 +53,15 @@ class Node(NamedTuple):
         return OLD_NODES.get(self.name, self.name)
 
     @property
+    def is_in_place(self) -> bool:
+        """Whether ROS gives the parameters to the node; that of a costmap is in a namespace of its own name."""
+        names = [name for key in self.path for name in key.split("/") if name]
+        return self.name not in COSTMAPS or names[-2:] == [self.name] * 2 or any("*" in name for name in names)
+
+    @property
     def rank(self) -> tuple[bool, bool, int]:
         """Order among nodes of one section: today's name first, a costmap in its own namespace, then few namespaces."""
-        in_place = self.name in COSTMAPS and self.path[-2:] != (self.name, self.name)
-        return self.group is None, self.name in OLD_NODES or in_place, len(self.path)
+        return self.group is None, self.name in OLD_NODES or not self.is_in_place, len(self.path)
 
 
 def all_nodes(document: object) -> list[Node]:
@@ -76,7 +81,8 @@ def find_sections(nodes: list[Node], findings: Findings) -> dict[str, Section]:
     """Open the sections that are read; all other nodes become findings.
 
     Raises:
-        ConfigError: If the file has none of these sections, or one has no parameters, or its name is misspelt.
+        ConfigError: If the file has none of these sections, or one has no parameters, or its name is misspelt, or a
+            costmap is not in a namespace of its own name.
     """
     chosen = {name: _choose(name, nodes) for name in SECTIONS}
     sections = {}
@@ -100,6 +106,11 @@ def _open(node: Node, findings: Findings) -> Section:
     """Open a section, with its names in today's spelling."""
     if node.group is None:
         raise ConfigError(f"{node.full}: expected a group {PARAMETERS!r} in it, as in ROS")
+    if not node.is_in_place:
+        raise ConfigError(
+            f"{node.full}: expected {PARAMETERS!r} under {node.full}.{node.name}, the namespace and the name of the "
+            "costmap's node, got it one level higher, where ROS ignores it"
+        )
     if node.name in OLD_NODES:
         findings.add("renamed", node.full, node.section)
     section = Section(node.full, node.group[PARAMETERS], findings, written=node.section)

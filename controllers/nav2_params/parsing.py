@@ -26,6 +26,7 @@ from controllers.nav2_params.nodes import COSTMAPS, SECTIONS, all_nodes, find_se
 from controllers.nav2_params.plugins import BEHAVIORS, PLANNERS, names_in_ros, stand_in
 from controllers.nav2_params.recognition import Recognition, recognise
 from controllers.releases import Release
+from gym_mapbench.errors import ConfigError, nearest_name
 from gym_mapbench.ros_params import (
     Finding,
     Findings,
@@ -45,6 +46,8 @@ TREES_PLANNER = "GridBased"
 USUAL_PLANNER = "navfn"
 """Nav2's default planner; it stands in for planners that are not built here."""
 
+MISSPELT = 0.8
+"""Similarity from which on an unknown behaviour is probably a misspelt one of the tree."""
 TREE_FILE = "default_nav_to_pose_bt_xml"
 DEFAULT_TREE = "nav2_bt_navigator)/behavior_trees/navigate_to_pose_w_replanning_and_recovery.xml"
 
@@ -142,6 +145,7 @@ def _read_sections(sections: Mapping[str, Section], servers: FilterServers) -> t
     """Read every section of the file into options of :class:`NavigationParams`, and the controllers."""
     costmaps = [name for name in COSTMAPS if name in sections]
     filters = {name: read_filters(sections[name], servers, sections.get("controller_server")) for name in costmaps}
+    _tell_missing_behaviors(sections)
     found = {field: read(sections[name]) for name, (field, read) in READERS.items() if name in sections}
     found |= {name: found[name].replace(**filters[name]) for name in costmaps if any(filters[name].values())}
     found["release"] = next(iter(sections.values())).findings.release
@@ -152,8 +156,16 @@ def _read_sections(sections: Mapping[str, Section], servers: FilterServers) -> t
 
 
 def _read_planner(server: Section) -> PlannerPlugin:
-    """Read the planner that the default tree asks for, or else the first; NavFn or Smac 2D stand in for others."""
+    """Read the planner that the default tree asks for, or else the first; NavFn or Smac 2D stand in for others.
+
+    Raises:
+        ConfigError: If a value is wrong, or a planner has no class; Nav2 has one for ``GridBased`` alone in its list.
+    """
     names = server.take_names("planner_plugins", (TREES_PLANNER,), least=1)
+    for name in names if names != (TREES_PLANNER,) else ():
+        group = server.values.get(name)
+        if not isinstance(group, Mapping) or "plugin" not in group:
+            raise ConfigError(f"{server.name}.{name}.plugin: expected the class of this planner, got none")
     group = server.take_group(TREES_PLANNER if TREES_PLANNER in names else names[0], TREES_PLANNER)
     ros_class = group.values.pop("plugin", PLANNERS[USUAL_PLANNER].names[group.findings.release])
     refuse_slash(ros_class, group.findings.release, f"{group.name}.plugin")
@@ -180,6 +192,20 @@ def _read_behaviors(server: Section) -> BehaviorServer:
     usual = {"backup": default_behaviors(server.findings.release).backup.model_dump()}
     values = overlay(usual, server.read(keys.BEHAVIOR_SERVER, parameter_names(BehaviorServer)))
     return server.make(BehaviorServer, {**values, "behavior_plugins": tuple(enabled)})
+
+
+def _tell_missing_behaviors(sections: Mapping[str, Section]) -> None:
+    """List the behaviours without whose action servers Nav2's default tree does not load, if the file has no other."""
+    server, navigator = sections.get("behavior_server"), sections.get("bt_navigator")
+    tree = "" if navigator is None else str(navigator.values.get(TREE_FILE, ""))
+    names = None if server is None else server.values.get("behavior_plugins")
+    if server is None or not isinstance(names, list) or (tree and not tree.endswith(DEFAULT_TREE)):
+        return
+    others = [str(name) for name in names if name not in BEHAVIORS]
+    for name in [name for name in BEHAVIORS if name not in names]:
+        near = nearest_name(name, others, MISSPELT)
+        got = f", got {near!r}" if near else ""
+        server.findings.add("missing", f"{server.name}.{name}", f"expected in behavior_plugins{got}")
 
 
 def _read_behavior(server: Section, name: str) -> bool:

@@ -1,11 +1,11 @@
 """Signs: the keys and values of a parameter file that only some releases of Nav2 understand.
 
-Files of Kilted, which lies between Jazzy and Lyrical, are read as Jazzy's: they start there.
+Files of Kilted, which lies between Jazzy and Lyrical, are read as Jazzy's: they start there. ``KILTED`` tells them.
 """
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterable, Iterator, Mapping
 from fnmatch import fnmatchcase
 from typing import NamedTuple
 
@@ -36,6 +36,11 @@ class Marks(NamedTuple):
     strength: int = IGNORED
 
 
+KILTED: Mapping[str, tuple[str, ...]] = {
+    "*": ("service_introspection_mode",),
+    "bt_navigator": ("error_code_name_prefixes",),
+}
+"""Node -> keys of Kilted that Jazzy does not have."""
 MARKS = (
     Marks(
         ("humble",),
@@ -74,6 +79,7 @@ MARKS = (
             "loopback_simulator": (),
         },
     ),
+    Marks(("jazzy",), {"*": KILTED["*"]}),
     Marks(("humble", "jazzy"), {"*": ("action_server_result_timeout",)}),
     Marks(("lyrical",), {"controller_server": ("path_handler_plugins", "*.path_length_tolerance")}, DRIVES),
     Marks(
@@ -107,10 +113,7 @@ class Sign(NamedTuple):
 
 def signs_of(node: Node) -> Iterator[Sign]:
     """Yield the signs of one node."""
-    try:
-        parameters = nest_dotted(node.group[PARAMETERS]) if node.group else {}
-    except (ConfigError, AttributeError):
-        return  # the error is raised where the section is read
+    parameters = _parameters(node)
     for marks in MARKS:
         for name, patterns in marks.keys.items():
             if fnmatchcase(node.name, name):
@@ -121,6 +124,26 @@ def signs_of(node: Node) -> Iterator[Sign]:
     if node.section == "controller_server":
         for name, group in parameters.items():
             yield from _controller_signs(f"{node.full}.{name}", group)
+
+
+def kilted_key(nodes: Iterable[Node]) -> str:
+    """Return the full name of the first key that tells a file of Kilted from one of Jazzy; empty if there is none."""
+    found = (
+        f"{node.full}{key}"
+        for node in nodes
+        for name, patterns in KILTED.items()
+        if fnmatchcase(node.name, name)
+        for key in _matching(_parameters(node), patterns)
+    )
+    return next(found, "")
+
+
+def _parameters(node: Node) -> Mapping[str, object]:
+    """Return the parameters of a node, nested; none if they are no group, which is an error where they are read."""
+    try:
+        return nest_dotted(node.group[PARAMETERS]) if node.group else {}
+    except (ConfigError, AttributeError):
+        return {}
 
 
 def _matching(parameters: Mapping[str, object], patterns: tuple[str, ...]) -> list[str]:

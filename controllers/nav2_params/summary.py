@@ -19,6 +19,8 @@ from gym_mapbench.world.robot import RobotSpec
 MOST = 6
 """How many reasons, and how many findings for each reason, the short summary names of one kind."""
 TOLD: tuple[tuple[Kind, str], ...] = (
+    ("mistyped", "Nav2 does not start with"),
+    ("missing", "Nav2's default tree does not load without"),
     ("template", "left to the robot"),
     ("replaced", "replaced"),
     ("left_out", "left out"),

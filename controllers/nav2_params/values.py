@@ -75,13 +75,28 @@ def with_values(navigation: NavigationParams, controller: str, values: Values) -
     return navigation.replace(**changed, controllers={**navigation.controllers, name: own})
 
 
-def write_values(text: str, controller: str, values: Values) -> str:
+def in_type(value: Value, present: Any) -> Value:
+    """Return a value as a number of the type that its parameter has in Nav2, which starts with no other type.
+
+    Args:
+        value: The value, which may be a whole number where the parameter is a double, or the other way round.
+        present: A value of the parameter as :func:`values_of` returns it.
+    """
+    if isinstance(present, float) and isinstance(value, int) and not isinstance(value, bool):
+        return float(value)
+    if isinstance(present, int) and isinstance(value, float) and value.is_integer():
+        return int(value)
+    return value
+
+
+def write_values(text: str, controller: str, values: Values, known: Values) -> str:
     """Return the text of a parameter file with some values replaced; everything else stays, comments included.
 
     Args:
         text: The text of the file.
         controller: Name of the controller in the file.
         values: The new values by name. A parameter that the file does not give is inserted into its group.
+        known: The present values by name, from :func:`values_of`, whose types the new values get.
 
     Raises:
         ConfigError: If the file has no group for a value.
@@ -94,7 +109,7 @@ def write_values(text: str, controller: str, values: Values) -> str:
         if node not in groups:
             raise ConfigError(f"{name}: the file has no section {node}")
         named = _named_as_in if node in COSTMAPS else partial(_placed_as_in, controller)
-        _write(edits, groups[node], named(groups[node], key), value)
+        _write(edits, groups[node], named(groups[node], key), in_type(value, known.get(name)))
     return edits.apply()
 
 

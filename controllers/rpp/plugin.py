@@ -29,7 +29,7 @@ def adapt(section: Section) -> None:
     """Give Lyrical's parameters their names here, unless the older name is given as well, which then counts there."""
     for name, older in RENAMED_KEYS.items():
         if section.findings.release == "lyrical" and name in section.values and older not in section.values:
-            section.values[older] = section.values.pop(name)
+            section.rename(name, older)
 
 
 def arrange(values: dict[str, Any], release: Release) -> dict[str, Any]:

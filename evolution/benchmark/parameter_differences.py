@@ -6,9 +6,12 @@ from collections.abc import Mapping, Sequence
 from typing import Any
 
 from controllers.nav2_params import NavigationParams, write_nav2_params
+from controllers.nav2_params.filters_writing import filter_values
+from controllers.nav2_params.values import COSTMAPS
 from evolution.benchmark.configurations import Configuration
 from evolution.driving import JobPlan
 from evolution.files import Row
+from gym_mapbench.costmap import FILTERS
 from gym_mapbench.ros_params import leaves
 
 
@@ -25,10 +28,16 @@ def parameter_rows(configurations: Sequence[Configuration]) -> tuple[Row, ...]:
 
 
 def keys_of(plan: JobPlan) -> dict[str, str]:
-    """Return all values of a plan's world and navigation as texts, by key; of controllers only those that run."""
+    """Return all values of a plan's world and navigation as texts, by key; of controllers only those that run.
+
+    A costmap filter has its mask and the numbers of its info server under its own name.
+    """
     navigation, world = plan.settings.navigation, plan.settings.environment.model_dump(mode="json", exclude_none=True)
-    document = write_nav2_params(navigation, use_sim_time=True)
+    costmaps = {name: getattr(navigation, name) for name in COSTMAPS}
+    bare = {name: one.replace(**{kind: {} for kind in FILTERS}) for name, one in costmaps.items()}
+    document = write_nav2_params(navigation.replace(**bare), use_sim_time=True)
     keys = {_short(name): value for name, value in leaves(document)}
+    keys |= dict(leaves({name: filter_values(one) for name, one in costmaps.items()}))
     others = tuple(f"controller_server.{name}." for name in _others(navigation, plan))
     kept = {name: value for name, value in keys.items() if not name.startswith(others)}
     kept.pop("controller_server.controller_plugins", None)

@@ -202,7 +202,7 @@ def _changed_text(spec: ControllerSpec, variant: Variant, world: WorldSettings, 
             raise unknown_name("parameter", key, known)
         if not isinstance(value, str | bool | int | float):
             raise ConfigError(f"{key}: expected a number, a text, true or false, got {value!r:.80}")
-    return _written(own, spec.registered_name, json.dumps(values))
+    return _written(own, spec.registered_name, json.dumps(values), json.dumps({key: known[key] for key in values}))
 
 
 def known_values(navigation: NavigationParams, spec: ControllerSpec) -> dict[str, Any]:
@@ -215,9 +215,9 @@ def known_values(navigation: NavigationParams, spec: ControllerSpec) -> dict[str
 
 
 @lru_cache(maxsize=64)
-def _written(text: str, controller: str, values: str) -> str:
-    """Return a parameter file with values, which are given as JSON, replaced."""
-    return write_values(text, controller, json.loads(values))
+def _written(text: str, controller: str, values: str, known: str) -> str:
+    """Return a parameter file with values replaced; these, and the present ones, are given as JSON."""
+    return write_values(text, controller, json.loads(values), json.loads(known))
 
 
 def _checked_preset(name: str, given: Given) -> str:

@@ -25,11 +25,13 @@ class ParameterText:
         text: Its text.
         controller: Name of the tuned controller in the file.
         file: How the file is read.
+        known: The controller's and the costmaps' values in it by name, which have the types of their parameters.
     """
 
     text: str
     controller: str
     file: ParameterFile
+    known: Values
 
     def with_values(self, values: Values) -> str:
         """Return the text with some values replaced.
@@ -37,7 +39,7 @@ class ParameterText:
         Raises:
             ConfigError: If the text has no place for a value, or the changed text does not give the values back.
         """
-        changed = write_values(self.text, self.controller, values)
+        changed = write_values(self.text, self.controller, values, self.known)
         with TemporaryDirectory(dir=temporary_directory()) as folder:
             path = Path(folder) / "nav2_params.yaml"
             write_text(path, changed)
@@ -48,10 +50,10 @@ class ParameterText:
                 raise ConfigError(f"{self.file.params}: {got}")
         return changed
 
-    def accepts(self, name: str, own: Values) -> bool:
+    def accepts(self, name: str) -> bool:
         """Whether the text has a place for a parameter."""
         try:
-            write_values(self.text, self.controller, {name: own[name]})
+            write_values(self.text, self.controller, {name: self.known[name]}, self.known)
         except ConfigError:
             return False
         return True
@@ -68,7 +70,7 @@ def text_of_file(file: ParameterFile, read: Nav2Params, controller: str) -> Para
     if named is None:
         own = ", ".join(read.own_controllers) or "none"
         raise ConfigError(f"{file.params}: expected a file that configures the controller {controller}, got {own}")
-    return ParameterText(read_document_text(file.params), named, file)
+    return ParameterText(read_document_text(file.params), named, file, values_of(read.navigation, named))
 
 
 def text_of_settings(settings: DriveSettings, controller: str) -> ParameterText:
@@ -77,9 +79,10 @@ def text_of_settings(settings: DriveSettings, controller: str) -> ParameterText:
     alone = navigation.replace(controllers={controller: navigation.controller(controller)})
     document = write_nav2_params(alone, robot=settings.robot)
     file = ParameterFile(params="nav2_params.yaml", nav2=navigation.release)
-    return ParameterText(yaml.safe_dump(document, sort_keys=False), controller, file)
+    text = yaml.safe_dump(document, sort_keys=False)
+    return ParameterText(text, controller, file, values_of(navigation, controller))
 
 
-def writable_space(space: SearchSpace, text: ParameterText, own: Values) -> SearchSpace:
+def writable_space(space: SearchSpace, text: ParameterText) -> SearchSpace:
     """Return the space without the parameters that the text has no place for, such as those of a missing section."""
-    return space.without(frozenset(name for name in space.parameters if not text.accepts(name, own)))
+    return space.without(frozenset(name for name in space.parameters if not text.accepts(name)))

@@ -13,7 +13,9 @@ import numpy as np
 
 from gym_mapbench.errors import ConfigError
 from gym_mapbench.world.bodies import Body
+from gym_mapbench.world.clearance import check_clearance
 from gym_mapbench.world.pedestrians import Scripted
+from gym_mapbench.world.robot import RobotSpec
 from gym_mapbench.world.scenario import Scenario
 
 TURN = 0.01
@@ -50,15 +52,24 @@ def actors_of(scenario: Scenario) -> tuple[Actor, ...]:
     return tuple(Actor(f"person_{number}", round_of(body)) for number, body in enumerate(scenario.bodies))
 
 
-def check_actors(scenarios: Iterable[Scenario]) -> None:
-    """Refuse scenarios with bodies that cannot be actors; raises as :func:`actors_of`."""
-    for scenario in scenarios:
+def check_actors(scenarios: Iterable[Scenario], robot: RobotSpec) -> None:
+    """Refuse scenarios with bodies that cannot be actors, or with which no run of the robot begins here.
+
+    Raises:
+        ConfigError: If a body moves in another way than ``scripted``, walks through walls, or leaves the robot no room
+            at start or goal.
+    """
+    for scenario in (one for one in scenarios if one.bodies):
         for number, body in enumerate(scenario.bodies):
             if not isinstance(body.motion.motion, Scripted):
                 raise ConfigError(
                     f"Gazebo: {scenario.name!r}: body {number}: expected the motion 'scripted', got "
                     f"{body.motion.name!r}"
                 )
+        try:
+            check_clearance(scenario, robot)
+        except ConfigError as error:
+            raise ConfigError(f"Gazebo: {scenario.name!r}: {error}") from None
 
 
 def round_of(body: Body) -> tuple[Waypoint, ...]:

@@ -58,11 +58,12 @@ def export_gazebo(
 
     Raises:
         ConfigError: If the folder holds something, a name cannot be a file name or comes twice, or the walls do not
-            reach the lidar, or a body moves in another way than ``scripted``.
+            reach the lidar, or a body moves in another way than ``scripted``, walks through walls, or leaves the robot
+            no room at start or goal.
     """
     scenarios, out_dir = list(scenarios), Path(out_dir)
     model = RobotModel.of(robot, lidar or LidarSettings())
-    check_actors(scenarios)
+    check_actors(scenarios, robot)
     check_names("map", [scenario.name for scenario in scenarios], reserved=tuple(ROBOT_MODELS.values()))
     if wall_height <= model.lidar_z:
         raise ConfigError(f"wall height: expected more than the lidar's {model.lidar_z:g} m, got {wall_height:g}")

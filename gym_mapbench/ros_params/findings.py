@@ -18,6 +18,8 @@ Kind = Literal[
     "left_out",
     "template",
     "repeated",
+    "mistyped",
+    "missing",
     "detail",
 ]
 KINDS: dict[Kind, str] = {
@@ -30,6 +32,8 @@ KINDS: dict[Kind, str] = {
     "left_out": "are not modelled, though they may change how the real robot drives",
     "template": "are templates without a value, left to the robot",
     "repeated": "are given twice, so that the last value counts",
+    "mistyped": "have another type than in Nav2, which does not start with them",
+    "missing": "Nav2's default tree needs, and the file does not have",
     "detail": "belong to what is replaced",
 }
 """How a report goes on about the keys of each kind after ``keys that``."""
@@ -37,7 +41,7 @@ KINDS: dict[Kind, str] = {
 
 @dataclass(frozen=True)
 class Finding:
-    """A key, group or node of a parameter file that is not a parameter in use.
+    """A key, group or node of a parameter file that is not a parameter in use, or that is missing.
 
     Args:
         kind: One of ``KINDS``.

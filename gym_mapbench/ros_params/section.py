@@ -10,6 +10,7 @@ from gym_mapbench.ros_params.findings import Findings
 from gym_mapbench.ros_params.keys import Keys
 from gym_mapbench.ros_params.nested import leaves, nest_dotted
 from gym_mapbench.ros_params.templates import find_template, no_value
+from gym_mapbench.ros_params.types import mistyped
 from gym_mapbench.settings import Settings
 
 S = TypeVar("S", bound=Settings)
@@ -42,6 +43,8 @@ class Section:
         self.findings = findings
         self.stand_in = stand_in
         self.written = name if written is None else written
+        self._spelt: dict[str, str] = {}
+        self._given: dict[str, tuple[str, Any]] = {}
         try:
             self.values = nest_dotted(values or {})
         except ConfigError as error:
@@ -70,6 +73,11 @@ class Section:
         if not isinstance(value, str):
             raise ConfigError(f"{self.name}.{key}: expected a name, got {_kind(value)}")
         return value
+
+    def rename(self, key: str, new: str) -> None:
+        """Give a key another name; findings keep the name in the file."""
+        self.values[new] = self.values.pop(key)
+        self._spelt[new] = key
 
     def cap(self, key: str, most: float, why: str) -> None:
         """Lower a number that is too high to the highest possible one, and list that."""
@@ -108,6 +116,7 @@ class Section:
                 self.findings.add("unused", f"{self.name}.{key}", f"{name} is given as well, and counts")
             elif not self._left_to_robot(key, value, keys):
                 kept[name] = value
+                self._given[name] = self._spelt.get(key, key), value
                 if name != key:
                     self.findings.add("renamed", f"{self.name}.{key}", name)
         return nest_dotted(kept)
@@ -140,11 +149,22 @@ class Section:
         return self.make(settings, {**self.read(keys, names), **release, **given})
 
     def make(self, settings: type[S], values: Mapping[str, Any]) -> S:
-        """Make ``settings``; errors begin with the full name of the parameter."""
+        """Make ``settings``; errors begin with the full name of the parameter. Values of a wrong type are findings."""
         try:
-            return settings(**values)
+            made = settings(**values)
         except ConfigError as error:
             raise ConfigError(f"{self.name}.{error}{self._slip()}") from None
+        if not self.stand_in:
+            self._find_mistyped(made)
+        return made
+
+    def _find_mistyped(self, made: Settings) -> None:
+        """List the given numbers that have another type than their parameter."""
+        unread: Collection[str] = getattr(made, "unread", ())
+        for name, (key, value) in self._given.items():
+            why = "" if name.partition(".")[0] in unread else mistyped(type(made), name, value)
+            if why:
+                self.findings.add("mistyped", f"{self.name}.{key}", why)
 
     def _slip(self) -> str:
         """Name the first key that looks misspelt, which may be why a parameter is missing."""

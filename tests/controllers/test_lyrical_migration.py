@@ -66,6 +66,7 @@ controller_server:
       max_robot_pose_search_dist: 8.0
       use_interpolation: true
 """
+UNSTAMPED = "since Jazzy publishes Twist by default; Kilted publishes TwistStamped"
 
 
 @pytest.fixture
@@ -119,14 +120,14 @@ def test_every_rename_and_every_default_that_changes_the_run_has_a_line(migrate)
         "max_angular_vel 2.5, min_angular_vel -2.5, max_linear_accel 2.5, max_linear_decel -2.5, max_angular_decel "
         "-3.2, min_distance_to_obstacle -1.0, allow_obstacle_checking_beyond_goal False",
         "controller_server.FollowPath.motion_model: now ackermann, a block with the class mppi::AckermannMotionModel",
-        "controller_server.enable_stamped_cmd_vel: written out as false, since Jazzy publishes Twist by default",
+        f"controller_server.enable_stamped_cmd_vel: written out as false, {UNSTAMPED}",
         "controller_server.goal_checker: new in Lyrical and at its default: path_length_tolerance 1.0: the goal is not "
         "reached while more of the local plan is left",
-        "behavior_server.enable_stamped_cmd_vel: written out as false, since Jazzy publishes Twist by default",
+        f"behavior_server.enable_stamped_cmd_vel: written out as false, {UNSTAMPED}",
         "behavior_server.backup: new in Lyrical and at its default: acceleration_limit 2.5, deceleration_limit -2.5, "
         "minimum_speed 0.1: the robot slows down before the end",
         "line 30: bt_navigator.error_code_names: renamed to error_code_name_prefixes",
-        "velocity_smoother.enable_stamped_cmd_vel: written out as false, since Jazzy publishes Twist by default",
+        f"velocity_smoother.enable_stamped_cmd_vel: written out as false, {UNSTAMPED}",
     ]
     assert list(migration.lost) == [
         "line 20: controller_server.Precise.stateful: taken out: in Lyrical the goal checker alone is stateful",
@@ -134,11 +135,45 @@ def test_every_rename_and_every_default_that_changes_the_run_has_a_line(migrate)
     ]
 
 
+@pytest.mark.parametrize(
+    ("before", "after", "key"),
+    [
+        (
+            "    max_velocity:",
+            "    service_introspection_mode: disabled\n    max_velocity:",
+            "velocity_smoother.service_introspection_mode",
+        ),
+        ("error_code_names:", "error_code_name_prefixes:", "bt_navigator.error_code_name_prefixes"),
+    ],
+)
+def test_a_file_of_kilted_publishes_stamped_commands_already(migrate, before, after, key):
+    kilted = JAZZY.replace(before, after)
+    migration = migrate(kilted, "lyrical")
+    assert "enable_stamped_cmd_vel" not in migration.text
+    assert migration.done[0] == f"{key}: a key of Kilted, which publishes TwistStamped by default"
+    older = migrate(kilted, "jazzy")
+    for node in ("controller_server", "behavior_server", "velocity_smoother"):
+        assert parameters(older.text, node)["enable_stamped_cmd_vel"] is True
+    said = migrate(kilted, "lyrical", "jazzy")
+    assert parameters(said.text)["enable_stamped_cmd_vel"] is False
+
+
 def test_a_default_of_the_controller_becomes_the_path_handlers(migrate):
     text = JAZZY.replace("      prune_distance: 1.2  # m\n", "")
     migration = migrate(text, "lyrical")
     assert parameters(migration.text)["PathHandler"]["prune_distance"] == 1.5
     assert "PathHandler.prune_distance: written out as 1.5, Jazzy's default of " in "\n".join(migration.done)
+
+
+@pytest.mark.parametrize("target", ["humble", "jazzy"])
+def test_a_parameter_that_is_written_out_is_not_at_its_default(migrate, target):
+    lyrical = migrate(JAZZY.replace("prune_distance: 1.2", "prune_distance: 0.7"), "lyrical").text
+    done = migrate(lyrical, target).done
+    written = "controller_server.FollowPath.prune_distance: written out as 0.7, the path handler's prune_distance"
+    assert written in done
+    (new,) = [line for line in done if line.startswith("controller_server.FollowPath: new in")]
+    assert " prune_distance" not in new
+    assert "inversion_xy_tolerance 0.2" in new
 
 
 def test_the_round_trip_through_lyrical_keeps_the_controllers(migrate):

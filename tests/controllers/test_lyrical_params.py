@@ -285,7 +285,9 @@ def test_a_shim_is_written_with_a_block_inside_and_comes_back(kind):
 
 def test_values_are_written_where_lyrical_reads_them():
     text = yaml.safe_dump(with_controller({**SHIM, "primary_controller": {**RPP, "max_linear_vel": 0.3}}))
-    written = write_values(text, "FollowPath", {"desired_linear_vel": 0.4, "lookahead_dist": 0.7, "closed_loop": False})
+    written = write_values(
+        text, "FollowPath", {"desired_linear_vel": 0.4, "lookahead_dist": 0.7, "closed_loop": False}, {}
+    )
     group = yaml.safe_load(written)["controller_server"]["ros__parameters"]["FollowPath"]
     assert group["primary_controller"] == {**RPP, "max_linear_vel": 0.4, "lookahead_dist": 0.7}
     assert group["closed_loop"] is False

@@ -89,7 +89,7 @@ def follow_path(**params):
 
 
 def mppi(**params):
-    return sample(FollowPath={"plugin": "nav2_mppi_controller::MPPIController", **params})
+    return sample(FollowPath={"plugin": "nav2_mppi_controller::MPPIController", "model_dt": 0.1, **params})
 
 
 def costmap(**params):
@@ -148,7 +148,11 @@ def test_what_only_ros_needs_is_listed():
 
 def test_plugins_that_nothing_asks_for_are_listed_apart():
     assert names(sample(), "unused") == {"controller_server.loose", "controller_server.unused"}
-    planners = {"planner_plugins": ["GridBased", "Second"], "GridBased": {}, "Second": {"plugin": "somebody::Else"}}
+    planners = {
+        "planner_plugins": ["GridBased", "Second"],
+        "GridBased.plugin": "a::B",
+        "Second.plugin": "somebody::Else",
+    }
     document = costmap(plugins=["inflation_layer"], voxel_layer={"plugin": "nav2_costmap_2d::VoxelLayer"})
     unused = names({**document, "planner_server": {"ros__parameters": planners}}, "unused")
     assert unused >= {"planner_server.Second", "local_costmap.local_costmap.voxel_layer"}

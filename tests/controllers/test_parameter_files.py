@@ -5,6 +5,7 @@ from __future__ import annotations
 import contextlib
 import copy
 import math
+import re
 
 import pytest
 import yaml
@@ -230,6 +231,29 @@ def test_of_two_sections_the_one_in_its_place_counts():
     assert parse_nav2_params(flat).named("unused") == ("a.planner_server",)
 
 
+@pytest.mark.parametrize(
+    "name",
+    ["local_costmap/local_costmap", "/robot/local_costmap/local_costmap", "/**/local_costmap", "/*/local_costmap"],
+)
+def test_names_of_a_costmaps_node_that_ros_accepts(name):
+    assert parse_nav2_params({name: node(width=4)}).navigation.local_costmap.width == 4
+    assert parse_nav2_params({"/**": {"local_costmap": node(width=4)}}).navigation.local_costmap.width == 4
+
+
+@pytest.mark.parametrize("path", [("local_costmap",), ("robot", "local_costmap"), ("/robot/local_costmap",)])
+def test_a_costmap_without_its_namespace_is_refused(path, write):
+    """The node is ``/local_costmap/local_costmap``, and ROS ignores a section for ``/local_costmap``."""
+    document = node(width=4)
+    for key in reversed(path):
+        document = {key: document}
+    full = ".".join(path)
+    refused = f"{full}: expected 'ros__parameters' under {full}.local_costmap, the namespace and the name of"
+    with pytest.raises(ConfigError, match=re.escape(refused)):
+        parse_nav2_params(document)
+    with pytest.raises(ConfigError, match=r"line 2: robot\.local_costmap: expected"):
+        read_nav2_params(write("robot:\n  local_costmap: {ros__parameters: {width: 3}}"))
+
+
 def test_a_key_given_twice_counts_as_in_ros(write):
     path = write("local_costmap: {local_costmap: {ros__parameters: {width: 3,\n width: 4}}}")
     read = read_nav2_params(path)
@@ -315,6 +339,24 @@ def test_the_robot_of_a_shim_turns_as_fast_as_either_wants():
         assert robot.max_linear_velocity == 0.4
 
 
+@pytest.mark.parametrize("shim", [False, True])
+def test_mppi_that_does_not_start_with_the_rate_of_the_server_is_refused(shim, write):
+    around = {"plugin": "nav2_rotation_shim_controller::RotationShimController", "primary_controller": MPPI["plugin"]}
+    mppi = {**MPPI, "model_dt": 0.05, **(around if shim else {})}
+    said = (
+        r"line \d+: controller_server\.FollowPath\.model_dt: expected at least the control period \(0\.1 s\), got 0\.05"
+    )
+    with pytest.raises(ConfigError, match=said):
+        read_nav2_params(write(with_controller(mppi, controller_frequency=10.0)))
+    read = parse_nav2_params(with_controller({**mppi, "model_dt": 0.1}, controller_frequency=10.0))
+    assert read.navigation.controllers["FollowPath"].params["model_dt"] == 0.1
+
+
+def test_mppi_of_a_preset_does_not_keep_a_slow_server_from_starting(write):
+    read = read_nav2_params(write(with_controller(DWB, controller_frequency=10.0)))
+    assert {plugin.kind for plugin in read.navigation.controllers.values()} >= {"dwb", "mppi"}
+
+
 def test_a_rotation_shim_whose_primary_controller_is_not_there():
     with pytest.raises(ConfigError, match=r"FollowPath.primary_controller: expected the class .* inside, got none"):
         parse_nav2_params(with_controller(SHIM))
@@ -356,6 +398,28 @@ def test_a_planner_that_is_not_built_has_a_stand_in(ros_class, planner):
     )
 
 
+@pytest.mark.parametrize(
+    ("names", "plugins", "refused"),
+    [
+        (["GridBased", "Other"], {"GridBased": {"plugin": "nav2_navfn_planner/NavfnPlanner"}}, "Other"),
+        (["GridBased", "Other"], {"Other": {"plugin": "mine::Planner"}, "GridBased": {"tolerance": 0.2}}, "GridBased"),
+        (["Mine"], {"Mine": {"tolerance": 0.2}}, "Mine"),
+        (["GridBased", "Other"], {"GridBased.plugin": "mine::A", "Other.plugin": "mine::B"}, ""),
+        (["GridBased"], {"GridBased": {"tolerance": 0.2}}, ""),
+    ],
+)
+def test_every_planner_has_a_class_but_nav2s_own(names, plugins, refused):
+    """Nav2 gives ``GridBased`` a class only where it is alone in the list."""
+    document = {"planner_server": node(planner_plugins=names, **plugins)}
+    if not refused:
+        assert parse_nav2_params(document).navigation.planner.name == "navfn"
+        return
+    with pytest.raises(
+        ConfigError, match=rf"planner_server\.{refused}\.plugin: expected the class of this planner, got"
+    ):
+        parse_nav2_params(document)
+
+
 def test_a_goal_checker_of_the_position_alone_is_jazzys():
     document = with_controller(
         DWB, goal_checker_plugins=["near"], near={"plugin": "nav2_controller::PositionGoalChecker"}
@@ -376,6 +440,25 @@ def test_behaviours_of_other_classes_are_left_out():
     assert read.named("left_out") == ("behavior_server.spin",)
 
 
+def missing(names, **navigator):
+    read = parse_nav2_params({"behavior_server": node(behavior_plugins=names), "bt_navigator": node(**navigator)})
+    return {finding.name.partition(".")[2]: finding.why for finding in read.findings if finding.kind == "missing"}
+
+
+def test_behaviours_without_which_nav2s_default_tree_does_not_load_are_named():
+    assert missing(["wait", "spin", "backup"]) == {}
+    assert missing(["spin", "wait"]) == {"backup": "expected in behavior_plugins"}
+    assert missing(["spin", "back_up", "wait"]) == {"backup": "expected in behavior_plugins, got 'back_up'"}
+    assert missing([]) == dict.fromkeys(("spin", "backup", "wait"), "expected in behavior_plugins")
+    default = "$(find-pkg-share nav2_bt_navigator)/behavior_trees/navigate_to_pose_w_replanning_and_recovery.xml"
+    assert list(missing(["spin", "wait"], default_nav_to_pose_bt_xml=default)) == ["backup"]
+    assert missing(["spin", "wait"], default_nav_to_pose_bt_xml="/mine/without_backup.xml") == {}
+    assert parse_nav2_params({"behavior_server": node()}).named("missing") == ()
+    lines = summarise(parse_nav2_params({"behavior_server": node(behavior_plugins=["spin", "wait"])}))
+    wanted = "Nav2's default tree does not load without: behavior_server.backup: expected in behavior_plugins"
+    assert wanted in lines
+
+
 def test_humbles_back_up_is_read_with_its_limits_and_jazzys_has_none():
     server = node(behavior_plugins=["backup"], backup={"plugin": "nav2_behaviors/BackUp", "acceleration_limit": 2.5})
     read = parse_nav2_params({"behavior_server": server}, release="humble")
@@ -394,6 +477,24 @@ def test_of_two_voxel_layers_the_one_with_a_lidar_is_built():
     assert read.navigation.local_costmap.plugins == ("voxel_layer",)
     assert read.navigation.local_costmap.voxel_layer.scan.obstacle_max_range == 1.5
     assert read.named("left_out") == ("local_costmap.local_costmap.eyes",)
+
+
+@pytest.mark.parametrize("names", ["laser", "scan laser", ["laser"]])
+def test_an_observation_source_without_a_block_is_refused(names, write):
+    """Nav2 listens to the topic ``laser`` with defaults that drop every point above the floor."""
+    layer = {"plugin": VOXEL, "enabled": True, "observation_sources": names, "scan": {"data_type": "LaserScan"}}
+    wanted = (
+        r"line 9: .*\.eyes\.observation_sources: expected sources with a block in .*\.eyes \(it has scan\), got 'laser'"
+    )
+    with pytest.raises(ConfigError, match=wanted):
+        read_nav2_params(write(with_layers(["eyes"], eyes=layer)))
+    off = parse_nav2_params(with_layers(["eyes"], eyes={**layer, "enabled": False}))
+    assert not off.navigation.local_costmap.voxel_layer.enabled
+    shared = with_layers(["eyes"], eyes={"plugin": VOXEL}, observation_sources="laser")
+    with pytest.raises(
+        ConfigError, match=r"local_costmap\.local_costmap\.observation_sources: .* \(it has none\), got"
+    ):
+        parse_nav2_params(shared)
 
 
 def test_without_any_lidar_a_point_cloud_stands_for_it():
@@ -546,6 +647,56 @@ def test_a_footprint_becomes_a_body_of_at_most_eight_corners_and_no_dents():
 
 def test_a_file_without_shape_and_limits_leaves_the_robot_as_it_is():
     assert robot_of(parse_nav2_params({"planner_server": node()}), RobotSpec()) == RobotSpec()
+
+
+# --- Types ------------------------------------------------------------------------------------------------------------
+
+
+def mistyped(document, release=None):
+    return {name: why for name, (kind, why) in found(document, release).items() if kind == "mistyped"}
+
+
+def test_numbers_of_another_type_than_in_nav2_are_named():
+    """Nav2 does not start with them; runs here are the same."""
+    dwb = {**DWB, "sim_time": 2, "vx_samples": 20.0, "vtheta_samples": 20, "max_vel_x": 0.3}
+    dwb |= {"PathDist.scale": 32, "GoalDist.scale": 24}
+    document = with_controller(dwb, controller_frequency=20, goal_checker={"xy_goal_tolerance": 1})
+    document |= with_layers(["inflation_layer"], inflation_layer={"inflation_radius": 1}, width=3, update_frequency=5)
+    document["velocity_smoother"] = node(max_velocity=[0.5, 0, 2.5], min_velocity=[-0.5, 0.0, -2.5])
+    document["bt_navigator"] = node(bt_loop_duration=10.0)
+    assert mistyped(document) == {
+        "controller_server.FollowPath.sim_time": "expected a double; write 2.0",
+        "controller_server.FollowPath.vx_samples": "expected an integer; write 20",
+        "controller_server.FollowPath.PathDist.scale": "expected a double; write 32.0",
+        "controller_server.controller_frequency": "expected a double; write 20.0",
+        "controller_server.goal_checker.xy_goal_tolerance": "expected a double; write 1.0",
+        "local_costmap.local_costmap.inflation_layer.inflation_radius": "expected a double; write 1.0",
+        "local_costmap.local_costmap.update_frequency": "expected a double; write 5.0",
+        "velocity_smoother.max_velocity": "expected a list of doubles; write [0.5, 0.0, 2.5]",
+        "bt_navigator.bt_loop_duration": "expected an integer; write 10",
+    }
+
+
+def test_optional_parameters_and_those_of_other_names_have_types_too():
+    mppi = {**MPPI, "time_steps": 56.0, "ax_max": 3, "critics": ["CostCritic"], "CostCritic": {"critical_cost": 300}}
+    assert mistyped(with_controller(mppi), "jazzy") == {
+        "controller_server.FollowPath.time_steps": "expected an integer; write 56",
+        "controller_server.FollowPath.ax_max": "expected a double; write 3.0",
+        "controller_server.FollowPath.CostCritic.critical_cost": "expected a double; write 300.0",
+    }
+    rpp = with_controller({**RPP, "max_linear_vel": 1, "lookahead_dist": 0.6}, path_handler_plugins=["PathHandler"])
+    assert mistyped(rpp) == {"controller_server.FollowPath.max_linear_vel": "expected a double; write 1.0"}
+
+
+def test_types_of_what_stands_in_for_another_plugin_are_unknown():
+    layer = {"plugin": "spatio_temporal_voxel_layer/SpatioTemporalVoxelLayer", "mark_threshold": 0.0, **LASER}
+    assert mistyped(with_layers(["stvl"], stvl=layer)) == {}
+
+
+def test_the_summary_names_wrong_types_first(write):
+    read = read_nav2_params(write(with_controller({**DWB, "sim_time": 2})))
+    wanted = "Nav2 does not start with: controller_server.FollowPath.sim_time (line 11): expected a double; write 2.0"
+    assert summarise(read)[2] == wanted
 
 
 # --- What is said -----------------------------------------------------------------------------------------------------

@@ -31,7 +31,7 @@ def changed_lines(before, after):
 
 
 def test_only_the_named_values_change(text, tmp_path):
-    written = write_values(text, "FollowPath", VALUES)
+    written = write_values(text, "FollowPath", VALUES, {})
     assert changed_lines(text, written) == [
         "+      sim_time: 1.23",
         "+      GoalDist.aggregation_type: sum",
@@ -55,10 +55,10 @@ numbers = st.floats(0.1, 5.0).map(lambda value: float(f"{value:.3g}"))
 def test_a_written_preset_gives_the_values_back(values):
     navigation = load_preset("jazzy").replace(controllers={"rpp": load_preset("jazzy").controller("rpp")})
     before = yaml.safe_dump(write_nav2_params(navigation, robot=make_robot("turtlebot3_waffle")), sort_keys=False)
-    after = write_values(before, "rpp", values)
+    own = values_of(navigation, "rpp")
+    after = write_values(before, "rpp", values, own)
     found = values_of(parse_nav2_params(yaml.safe_load(after)).navigation, "rpp")
     assert {name: found[name] for name in values} == values
-    own = values_of(navigation, "rpp")
     assert len(changed_lines(before, after)) == 2 * sum(value != own[name] for name, value in values.items())
 
 
@@ -78,15 +78,33 @@ local_costmap:
 
 
 def test_comments_braces_and_names_of_layers_stay():
-    written = write_values(HAND, "FollowPath", {"PathDist.scale": 2.0, "sim_time": 1.0, RADIUS: 0.3})
+    written = write_values(HAND, "FollowPath", {"PathDist.scale": 2.0, "sim_time": 1.0, RADIUS: 0.3}, {})
     assert "PathDist: {scale: 2.0}}  # the driver" in written
     assert "{sim_time: 1.0, plugin:" in written
     assert "inflation_radius: 0.3  # wide" in written
 
 
+def test_numbers_are_written_in_the_type_of_their_parameter():
+    """Parameters of ROS are typed: Nav2 does not start with a whole number for a double."""
+    known = values_of(load_preset("thesis"), "dwb")
+    values = {
+        "PathDist.scale": 2,
+        "sim_time": 1,
+        RADIUS: 1,
+        "vx_samples": 25.0,
+        "short_circuit_trajectory_evaluation": True,
+    }
+    written = yaml.safe_load(write_values(HAND, "FollowPath", values, known))
+    dwb = written["controller_server"]["ros__parameters"]["FollowPath"]
+    radius = written["local_costmap"]["local_costmap"]["ros__parameters"]["soft"]["inflation_radius"]
+    found = [dwb["PathDist"]["scale"], dwb["sim_time"], radius, dwb["vx_samples"]]
+    assert [repr(one) for one in found] == ["2.0", "1.0", "1.0", "25"]
+    assert dwb["short_circuit_trajectory_evaluation"] is True
+
+
 def test_a_missing_section_is_named():
     with pytest.raises(ConfigError, match=r"global_costmap\.inflation_layer\.cost.*: the file has no section global_c"):
-        write_values(HAND, "FollowPath", {FACTOR: 1.0})
+        write_values(HAND, "FollowPath", {FACTOR: 1.0}, {})
 
 
 def test_values_hold_only_layers_that_write():

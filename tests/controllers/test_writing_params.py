@@ -76,7 +76,7 @@ navigations = st.builds(
     NavigationParams,
     controller_server=st.builds(
         ControllerServer,
-        controller_frequency=positive,
+        controller_frequency=st.floats(20.0, 100.0),  # MPPI does not start with less
         failure_tolerance=st.sampled_from([-1.0, 0.0, 0.3]),
         progress_checker=st.builds(ProgressChecker, plugin=st.sampled_from(["simple", "pose"])),
         goal_checker=st.builds(GoalChecker, plugin=st.sampled_from(["simple", "stopped"]), xy_goal_tolerance=positive),

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from dataclasses import replace
 from xml.etree import ElementTree
 
@@ -14,10 +15,19 @@ from gym_mapbench.errors import ConfigError
 from gym_mapbench.mapio.actors import TURN, round_of
 from gym_mapbench.mapio.gazebo import export_gazebo, map_files
 from gym_mapbench.world.bodies import Body, Disc
+from gym_mapbench.world.gridmap import GridMap
 from gym_mapbench.world.motions import MotionSpec
+from gym_mapbench.world.scenario import Pose, Scenario
 from tests.mapio.test_gazebo import OPTIONS, thesis_scenario
 
 PATH = ((0.5, 1.0), (0.5, 3.0), (2.0, 3.0))
+
+
+def open_room():
+    """A room of 4 m by 4 m with a wall in one corner."""
+    cells = np.zeros((80, 80), dtype=np.uint8)
+    cells[-1, -1] = 1
+    return Scenario(GridMap(cells), Pose(3.0, 1.0, 0.0), Pose(3.0, 1.8, 0.0), "room")
 
 
 def body(name, **options):
@@ -76,5 +86,26 @@ def test_only_a_scripted_person_can_be_exported(tmp_path, person):
     scenario = replace(thesis_scenario(5, "map_0"), bodies=(walker(), person))
     name = person.motion.name
     with pytest.raises(ConfigError, match=rf"'map_0': body 1: expected the motion 'scripted', got '{name}'"):
+        export_gazebo([scenario], tmp_path / "out", **OPTIONS)
+    assert not list(tmp_path.iterdir())
+
+
+@pytest.mark.parametrize(
+    ("path", "problem"),
+    [
+        (PATH, None),
+        ([[0.5, 1.0], [-0.1, 1.0]], "body 0 (scripted): expected a course clear of walls"),
+        ("start", "start: expected room for the robot"),
+    ],
+)
+def test_people_are_refused_as_by_every_other_command(tmp_path, path, problem):
+    scenario = open_room()
+    start = [[scenario.start.x + shift, scenario.start.y] for shift in (0.0, 0.3)]
+    person = body("scripted", waypoints=start if path == "start" else [list(point) for point in path], speed=0.5)
+    scenario = replace(scenario, bodies=(person,))
+    if problem is None:
+        assert export_gazebo([scenario], tmp_path / "out", **OPTIONS)
+        return
+    with pytest.raises(ConfigError, match=re.escape(f"Gazebo: 'room': {problem}")):
         export_gazebo([scenario], tmp_path / "out", **OPTIONS)
     assert not list(tmp_path.iterdir())

@@ -15,7 +15,7 @@ from gym_mapbench.world.lidar import Lidar, LidarSettings
 from gym_mapbench.world.robot import make_robot
 from gym_mapbench.world.scenario import Pose
 from gym_mapbench.world.world import World
-from tests.mapio.test_actors import walker
+from tests.mapio.test_actors import open_room, walker
 from tests.mapio.test_gazebo import OPTIONS, navigation, thesis_scenario
 
 SUN = "<sdf version='1.6'><light name='sun' type='directional'><direction>0 0 -1</direction></light></sdf>"
@@ -78,9 +78,9 @@ def test_sdf_check_passes_packages_of_newer_releases(release, tmp_path, sdf_chec
 
 def test_sdf_check_passes_worlds_with_people(tmp_path, sdf_check):
     people = (walker(phase=0.3), walker(loop=True))
-    scenario = replace(thesis_scenario(5, "map_0"), bodies=people)
+    scenario = replace(open_room(), bodies=people)
     export_gazebo([scenario], tmp_path / "bundle", **OPTIONS)
-    world = tmp_path / "bundle" / "worlds" / "map_0.sdf"
+    world = tmp_path / "bundle" / "worlds" / "room.sdf"
     assert run_sdf_check(sdf_check, tmp_path / "bundle", [world]) == (0, "")
     world.write_text(world.read_text().replace("person_1", "person_0"))
     assert run_sdf_check(sdf_check, tmp_path / "bundle", [world])[0] != 0

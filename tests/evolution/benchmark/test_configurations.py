@@ -6,11 +6,13 @@ import json
 from dataclasses import replace
 from pathlib import Path
 
+import numpy as np
 import pytest
 
 from evolution import compare, configuration_of, load
 from evolution.benchmark import ParameterComparison, parameter_rows, read_sweep, sweep, verdict_of_comparison
 from evolution.cli import main
+from gym_mapbench.costmap import FilterMask, KeepoutFilter, SpeedFilter
 from gym_mapbench.errors import ConfigError
 from tests.evolution import fake_runs
 
@@ -73,6 +75,34 @@ def test_keys_that_differ():
     assert parameter_rows([own, point]) == (
         {"key": "controller_server.rpp.lookahead_dist", "own": "0.6", "lookahead_dist=0.9": "0.9"},
     )
+
+
+def test_costmap_filters_differ_in_their_masks_and_numbers():
+    """Without the topics and files that only connect the nodes, and whose names are not those of the user's file."""
+    own = configuration_of("own", "jazzy", ["rpp"])
+
+    def with_filters(label, **filters):
+        navigation = own.plan.settings.navigation
+        costmap = navigation.global_costmap.replace(**filters)
+        settings = own.plan.settings.replace(navigation=navigation.replace(global_costmap=costmap))
+        return replace(own, label=label, plan=replace(own.plan, settings=settings))
+
+    def keys(*configurations):
+        return [row["key"].removeprefix("global_costmap.") for row in parameter_rows(configurations)]
+
+    mask, other = (FilterMask.from_values(np.full((2, 3), value, np.int8), 0.5) for value in (0, 100))
+    a, b = (
+        with_filters(name, keepout_filters={"no": KeepoutFilter(mask=m)}) for name, m in (("a", mask), ("b", other))
+    )
+    assert keys(a, b) == ["no.mask"]
+    assert keys(a, a) == []
+    of_keepout = ["plugin", "enabled", "override_lethal_cost", "lethal_override_cost", "mask"]
+    assert keys(own, a) == ["filters", *(f"no.{key}" for key in of_keepout)]
+    slow, slower = (
+        with_filters(name, speed_filters={"slow": SpeedFilter(mask=mask, base=base)})
+        for name, base in (("slow", 100.0), ("slower", 50.0))
+    )
+    assert keys(slow, slower) == ["slow.base"]
 
 
 def test_a_grid_and_its_own_values():

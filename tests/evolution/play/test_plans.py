@@ -123,6 +123,13 @@ def test_a_saved_file_keeps_all_but_the_changed_values(of_file, session):
     assert saved == USERS_FILE.replace("lookahead_dist: 0.7", "lookahead_dist: 1.1")
 
 
+def test_whole_numbers_are_saved_as_doubles_where_nav2_has_doubles(of_file, session):
+    variants = [{"name": "far", "controller": "FollowPath", "parameters": {"lookahead_dist": 1}}]
+    document = {**session, "settings": {"preset": FILE}, "variants": variants, "variant": "far"}
+    saved = changed_file(AskParameters.from_mapping(document, "save"), of_file)
+    assert saved == USERS_FILE.replace("lookahead_dist: 0.7", "lookahead_dist: 1.0")
+
+
 @pytest.mark.parametrize(
     ("settings", "parameters", "problem"),
     [

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import pytest
 import yaml
 from hypothesis import given
@@ -130,13 +132,22 @@ def test_followers_take_the_value_of_another_parameter():
     assert space.without(frozenset("a")).parameters == {}
 
 
+def test_whole_numbers_are_written_as_doubles_where_nav2_has_doubles():
+    text = text_of_settings(DriveSettings(navigation=load_preset("thesis")), "rpp")
+    radius = "local_costmap.inflation_layer.inflation_radius"
+    changed = yaml.safe_load(text.with_values({"lookahead_dist": 1, radius: 1}))
+    assert repr(changed["controller_server"]["ros__parameters"]["rpp"]["lookahead_dist"]) == "1.0"
+    layer = changed["local_costmap"]["local_costmap"]["ros__parameters"]["inflation_layer"]
+    assert repr(layer["inflation_radius"]) == "1.0"
+
+
 def test_parameters_without_a_place_in_the_file_are_left_out():
     settings = DriveSettings(navigation=load_preset("thesis"))
     text = text_of_settings(settings, "dwb")
-    space, own = space_for(settings, "dwb"), values_of(settings.navigation, "dwb")
-    assert writable_space(space, text, own) == space
+    space = space_for(settings, "dwb")
+    assert writable_space(space, text) == space
     local = text.text.replace("global_costmap:", "other_costmap:")
-    kept = writable_space(space, type(text)(local, "dwb", text.file), own)
+    kept = writable_space(space, replace(text, text=local))
     assert set(space.parameters) - set(kept.parameters) == {
         name for name in space.parameters if name.startswith("global_costmap")
     }
