@@ -101,7 +101,8 @@ def _go_on(directory: TrainingDir, on_progress: Callable[[TrainProgress], None] 
     settings, state = directory.settings, directory.state
     TRAINING.check_resumed(directory.path, directory.config, {})
     maps, curriculum = directory.read_maps()
-    worlds = TrainingWorlds(settings, make_levels(settings, maps, curriculum, 0 if state is None else state["steps"]))
+    done = 0 if state is None else state["steps"]
+    worlds = TrainingWorlds(settings, make_levels(settings, maps, curriculum, done), done)
     lessons, statistics = _normalized(settings, worlds, directory.path if state else None)
     model = _model(settings, directory, lessons, resumed=state is not None)
     recorder = Recorder(directory, settings, statistics, directory.read_curve(), state)
