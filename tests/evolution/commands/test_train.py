@@ -3,14 +3,20 @@
 from __future__ import annotations
 
 import json
+import shutil
+from pathlib import Path
 
 import pytest
 
+from evolution import train
 from evolution.cli import main
+from gym_mapbench.errors import ConfigError
 from tests.evolution.commands.test_cli import OFFICE, refused
 from tests.evolution.training.test_learning import small
 
 pytest.importorskip("stable_baselines3")
+
+EARLIER_RUN = Path(__file__).parents[1] / "earlier_run"
 
 
 @pytest.fixture(scope="module")
@@ -65,6 +71,22 @@ def test_one_line_for_every_mistake(argv, expected, capsys, tmp_path, monkeypatc
     monkeypatch.chdir(tmp_path)
     assert expected in refused(capsys, *argv)
     assert not list(tmp_path.iterdir())
+
+
+def test_a_curriculum_without_a_solved_map_is_refused(capsys, tmp_path):
+    shutil.copytree(EARLIER_RUN, tmp_path / "unsolved")
+    runs = (tmp_path / "unsolved" / "runs.csv").read_text()
+    (tmp_path / "unsolved" / "runs.csv").write_text(runs.replace(",goal,", ",timeout,"))
+    message = refused(capsys, "train", "--curriculum", tmp_path / "unsolved", "--out", tmp_path / "run")
+    assert "unsolved: expected a run with a map on which a controller reached the goal, got none" in message
+    assert not (tmp_path / "run").exists()
+
+
+@pytest.mark.parametrize("given", ["maps", "curriculum"])
+def test_no_map_at_all_is_refused(given, tmp_path):
+    with pytest.raises(ConfigError, match="expected at least one map, got none"):
+        train("ppo", config=small(), out=tmp_path / "run", **{given: []})
+    assert not (tmp_path / "run").exists()
 
 
 def test_the_directory_of_something_else(trained, capsys):
