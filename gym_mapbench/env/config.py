@@ -184,6 +184,11 @@ class EnvConfig(ExtendedSettings):
         return math.floor(self.noise.latency * self.ticks + 0.5)
 
     @property
+    def delay(self) -> float:
+        """Seconds of every control step in which the robot still obeys the previous command."""
+        return self.late_ticks / self.physics_hz
+
+    @property
     def mounted_lidar(self) -> LidarSettings:
         """The scanner with its place on the robot and its shortest range filled in."""
         return self.lidar.mounted(self.robot.lidar if self.noise.lidar_mount == "robot" else LidarMount())
