@@ -14,6 +14,7 @@ from evolution.files import (
     Table,
     Tabled,
     check,
+    check_rows,
     csv_of,
     make_directory,
     read_csv,
@@ -47,7 +48,8 @@ checkpoints/        the model at every evaluation, by its steps, to be driven
 maps.json, curriculum.json    the maps it trains on, if they are not random
 state.json          where the training stands
 tensorboard/        logs, if TensorBoard was installed
-vecnormalize.npz, replay_buffer.npz    what else --resume needs, where the algorithm has it
+vecnormalize.npz    statistics of inputs and rewards that --resume needs, where the settings want them
+replay_buffer.npz   experience of SAC and TD3 at the last Ctrl-C; --resume uses it if model.zip is of the same step
 
 A model is a file of Stable-Baselines3 with a card in it, mapbench.json: what it sees, how often it decides.
 Model files can run code when they are loaded to drive: use only your own, and those of people you trust. --resume reads
@@ -62,6 +64,14 @@ class State(Document):
     seconds: float
     best: float
     finished: bool
+
+
+class CurveRow(Document):
+    """A line of ``curve.csv``; the columns of the groups of held-out maps come after these."""
+
+    steps: int
+    seconds: float
+    success: float
 
 
 @dataclass(frozen=True)
@@ -172,7 +182,9 @@ class TrainingDir:
     def read_curve(self) -> list[Row]:
         """Read ``curve.csv``, empty before the first evaluation; raises ``RunError`` if it is damaged."""
         path = self.path / CURVE
-        return read_csv(path) if path.is_file() else []
+        rows = read_csv(path) if path.is_file() else []
+        check_rows(CurveRow, rows, path)
+        return rows
 
     def write_curve(self, rows: Sequence[Row]) -> None:
         """Write ``curve.csv``."""

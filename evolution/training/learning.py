@@ -18,7 +18,7 @@ from evolution.training.algorithms import (
     tensorboard_is_installed,
     threads,
 )
-from evolution.training.continuing import continued_model, load_experience, load_statistics
+from evolution.training.continuing import continued_model, load_experience, load_statistics, saved_steps
 from evolution.training.directory import (
     BUFFER,
     LATEST,
@@ -101,11 +101,11 @@ def _go_on(directory: TrainingDir, on_progress: Callable[[TrainProgress], None] 
     settings, state = directory.settings, directory.state
     TRAINING.check_resumed(directory.path, directory.config, {})
     maps, curriculum = directory.read_maps()
-    done = 0 if state is None else state["steps"]
+    done = 0 if state is None else saved_steps(directory.path / LATEST)
     worlds = TrainingWorlds(settings, make_levels(settings, maps, curriculum, done), done)
     lessons, statistics = _normalized(settings, worlds, directory.path if state else None)
     model = _model(settings, directory, lessons, resumed=state is not None)
-    recorder = Recorder(directory, settings, statistics, directory.read_curve(), state)
+    recorder = Recorder(directory, settings, statistics, done)
     groups = held_out_groups(settings, maps, curriculum)
     interruption = Interruption()
     companion = Companion(
@@ -115,7 +115,7 @@ def _go_on(directory: TrainingDir, on_progress: Callable[[TrainProgress], None] 
         left = settings.steps - model.num_timesteps
         model.learn(left, callback=companion, reset_num_timesteps=state is None, tb_log_name=settings.algorithm)
         if interruption.asked:
-            recorder.keep(model, with_buffer=True)
+            recorder.keep(model)
             raise KeyboardInterrupt
         companion.evaluate()
 
@@ -194,6 +194,6 @@ def _model(settings: TrainSettings, directory: TrainingDir, lessons: Any, *, res
     if not resumed:
         return make_model(settings, lessons, logs)
     model = continued_model(settings, directory.path / LATEST, lessons, logs)
-    if (directory.path / BUFFER).is_file():
-        load_experience(model.replay_buffer, directory.path / BUFFER)
+    if hasattr(model, "replay_buffer"):
+        load_experience(model, directory.path / BUFFER)
     return model
