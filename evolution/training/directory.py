@@ -22,6 +22,7 @@ from evolution.files import (
     write_json,
     write_text,
 )
+from evolution.training.levels import is_split
 from evolution.training.settings import TrainSettings
 from gym_mapbench.errors import RunError, unknown_name
 from gym_mapbench.mapio.map_set_file import map_set_document, parse_map_set
@@ -39,7 +40,8 @@ TRAINING = DirectoryKind("training", CONFIG, format_version=1)
 README_TEXT = """One training of mapbench. Lengths are m, times s; success is a share, 0 to 1.
 
 training.json       all options as used, and the versions they were used with
-curve.csv           one line per evaluation: success on every group of held-out maps, and of the episodes in training
+curve.csv           one line per evaluation: success on every group of held-out maps, and of the episodes in training;
+                    of fewer than five given maps none is held out, and it is success on the training maps
 figures/            the same as a picture
 best_model.zip      the model with the best mean success over these groups: drive it with
                     mapbench bench MAP --controllers mppi,learned=best_model.zip
@@ -83,12 +85,14 @@ class Training(Tabled):
         config: ``training.json``.
         state: ``state.json``.
         curve: ``curve.csv``: one row per evaluation.
+        not_held_out: As of :class:`TrainingDir`.
     """
 
     path: Path
     config: Mapping[str, Any]
     state: Mapping[str, Any]
     curve: list[Row]
+    not_held_out: tuple[str, ...] = ()
 
     @property
     def finished(self) -> bool:
@@ -108,7 +112,8 @@ class Training(Tabled):
         """
         if name not in ("", "curve"):
             raise unknown_name("table", name, ["curve"])
-        return Table(self.curve, f"Success on held-out maps, {self.config['algorithm']}")
+        but = f" ({' and '.join(self.not_held_out)}: not held out)" if self.not_held_out else ""
+        return Table(self.curve, f"Success on held-out maps, {self.config['algorithm']}{but}")
 
 
 @dataclass(frozen=True)
@@ -170,6 +175,12 @@ class TrainingDir:
         return maps, curriculum
 
     @property
+    def not_held_out(self) -> tuple[str, ...]:
+        """Which of ``maps`` and ``curriculum`` are too few to hold one out, so that they are evaluated on as well."""
+        given = zip(("maps", "curriculum"), self.read_maps(), strict=True)
+        return tuple(name for name, scenarios in given if scenarios and not is_split(scenarios))
+
+    @property
     def state(self) -> dict[str, Any] | None:
         """Content of ``state.json``; None before the first checkpoint."""
         path = self.path / STATE
@@ -205,7 +216,7 @@ def load_training(path: str | Path) -> Training:
     state = directory.state
     if state is None:
         raise RunError(f"{path}: no checkpoint was written; continue it with --resume")
-    return Training(directory.path, directory.config, state, directory.read_curve())
+    return Training(directory.path, directory.config, state, directory.read_curve(), directory.not_held_out)
 
 
 def _scenarios(path: Path) -> Iterator[Scenario]:

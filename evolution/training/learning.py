@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import logging
 from collections.abc import Callable, Mapping, Sequence
 from functools import partial
 from pathlib import Path
@@ -30,7 +31,7 @@ from evolution.training.directory import (
     load_training,
 )
 from evolution.training.evaluation import Judgement, judge
-from evolution.training.levels import GivenLevels, Levels, RandomLevels, ReplayedLevels
+from evolution.training.levels import EVERY_FIFTH, GivenLevels, Levels, RandomLevels, ReplayedLevels, split
 from evolution.training.record import Recorder, TrainProgress
 from evolution.training.settings import TrainSettings
 from gym_mapbench.env.scenario_source import draw_scenario, is_planned
@@ -39,10 +40,9 @@ from gym_mapbench.generator import with_people
 from gym_mapbench.world.clearance import check_clearance
 from gym_mapbench.world.scenario import Scenario
 
+LOG = logging.getLogger(__name__)
 HELD_OUT = 20_260_713
 """Seed of the random maps that policies are judged on: the same in every training."""
-EVERY_FIFTH = 5
-"""Of five given maps, one is held out."""
 
 
 def begin_training(
@@ -101,6 +101,8 @@ def _go_on(directory: TrainingDir, on_progress: Callable[[TrainProgress], None] 
     settings, state = directory.settings, directory.state
     TRAINING.check_resumed(directory.path, directory.config, {})
     maps, curriculum = directory.read_maps()
+    for name in directory.not_held_out:
+        LOG.warning("%s: fewer than %d, so none is held out: success is that on the training maps", name, EVERY_FIFTH)
     done = 0 if state is None else saved_steps(directory.path / LATEST)
     worlds = TrainingWorlds(settings, make_levels(settings, maps, curriculum, done), done)
     lessons, statistics = _normalized(settings, worlds, directory.path if state else None)
@@ -136,18 +138,9 @@ def make_levels(
 def held_out_groups(
     settings: TrainSettings, maps: Sequence[Scenario], curriculum: Sequence[Scenario]
 ) -> dict[str, list[Scenario]]:
-    """Return the maps that the policy is judged on, by the name of their group."""
+    """Return the maps that the policy is judged on, by the name of their group; of fewer than five, the training's."""
     groups = {"maps": split(maps)[1]} if maps else _random_groups(settings)
     return {**groups, "curriculum": split(curriculum)[1]} if curriculum else groups
-
-
-def split(scenarios: Sequence[Scenario]) -> tuple[list[Scenario], list[Scenario]]:
-    """Return the maps to train on and those held out, every fifth; of fewer than five, all are used for both."""
-    if len(scenarios) < EVERY_FIFTH:
-        return list(scenarios), list(scenarios)
-    held_out = list(scenarios[EVERY_FIFTH - 1 :: EVERY_FIFTH])
-    kept = [one for number, one in enumerate(scenarios) if number % EVERY_FIFTH != EVERY_FIFTH - 1]
-    return kept, held_out
 
 
 def _random_groups(settings: TrainSettings) -> dict[str, list[Scenario]]:

@@ -39,6 +39,14 @@ def test_it_says_how_well_the_model_drives_and_where_it_is(tmp_path, capsys):
     assert "best_model.zip" in output
 
 
+def test_that_no_map_is_held_out_is_said(tmp_path, capsys, caplog):
+    (tmp_path / "small.yaml").write_text(json.dumps(small(steps=80)))
+    argv = ["train", "--config", str(tmp_path / "small.yaml"), "--maps", OFFICE, "--out", str(tmp_path / "run")]
+    assert main(argv) == 0
+    assert "maps: fewer than 5, so none is held out: success is that on the training maps" in caplog.text
+    assert "Success on held-out maps, ppo (maps: not held out)" in capsys.readouterr().out
+
+
 def test_the_model_drives_beside_others_and_what_differs_is_said(trained, capsys):
     argv = ["bench", OFFICE, "--controllers", f"learned={trained / 'best_model.zip'}", "--time-limit", "1"]
     assert main([*argv, "--noise", "nominal", "--workers", "1", "--format", "json"]) == 0

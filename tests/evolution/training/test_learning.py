@@ -13,7 +13,8 @@ from controllers.learned.model_card import read_card
 from evolution import bench, load, train
 from evolution.training import TRAINING, Training, train_settings
 from evolution.training.evaluation import judge
-from evolution.training.learning import held_out_groups, make_levels, split
+from evolution.training.learning import held_out_groups, make_levels
+from evolution.training.levels import split
 from evolution.training.worlds import EncodedWorlds
 from gym_mapbench.env.config import EnvConfig
 from gym_mapbench.env.scenario_source import draw_scenario
