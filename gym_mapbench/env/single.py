@@ -208,7 +208,7 @@ class MapBenchEnv(gymnasium.Env[Any, Any]):
         task = self.task
         if task is None or task.over:
             raise ResetNeeded("step: no episode is running; call reset first")
-        touched = self._drive(*to_command(action, self.config))
+        touched = self._drive(*to_command(action, self.robot, self.config.action))
         pose, velocity = self.simulation.state()
         task.step(pose, touched)
         self.picture()

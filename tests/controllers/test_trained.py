@@ -61,6 +61,16 @@ def test_what_the_other_robot_can_do_is_what_the_actions_are_shares_of():
     assert episode.commands[0] == pytest.approx((0.22, -0.5 * 2.84))
 
 
+def test_a_robot_too_fast_for_the_physics_of_the_training_is_driven():
+    fast = WORLD.robot.replace(name="fast", max_linear_velocity=6.0)
+    world = EnvConfig(robot=fast, physics_hz=1000.0, time_limit=0.2)
+    _, _, episode = drive(card_of(), world)
+    assert episode.commands[0] == pytest.approx((6.0, 0.0))
+    straight = as_controller(lambda observation: (0.3, 0.0), "straight", ("goal",))
+    episode = run_episode(environment_for(world, straight), straight, ROOM, name="straight", seed=0)
+    assert episode.commands[0] == pytest.approx((0.3, 0.0))
+
+
 def test_the_mount_of_the_scanner_stays_the_worlds():
     world = EnvConfig(noise="nominal", lidar={"x": 0.05, "scan_rate": 5.0})
     lidar = card_of().fit(world).lidar
