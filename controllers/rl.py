@@ -121,6 +121,9 @@ def as_controller(policy: Any, name: str, observation_keys: tuple[str, ...] | No
 def load_sb3(path: str | Path, name: str) -> PolicyController | TrainedPolicy:
     """Load a Stable-Baselines3 model with continuous actions: one with a card, or one over the env's Dict observation.
 
+    A model without a card decides once a control step of the world, and sees with the world's sensors in the sizes of
+    its observation space.
+
     Like every pickle, such a file can run code while it is read: load only files that you trust.
 
     Raises:
@@ -162,6 +165,7 @@ SIZED: dict[str, tuple[str, Callable[[EnvConfig, Box], Settings]]] = {
     "scan": ("lidar", _lidar_of),
     "path": ("path", lambda config, space: config.path.replace(points=space.high.size // 2)),
     "costmap": ("costmap", lambda config, space: config.costmap.replace(cells=math.isqrt(space.high.size))),
+    "people": ("people", lambda config, space: config.people.replace(nearest=space.high.size // 6)),
 }
 """For every key whose size is an option of the env: the group of options, and the group for a space of that key."""
 

@@ -27,7 +27,11 @@ CARD = "mapbench.json"
 MAX_CARD_BYTES = 1_000_000
 SCANNER = ("beams", "range_max", "angle_min", "angle_increment")
 """Options on which a network's input depends; the scanner's place and noise are those of the current world."""
-
+NO_CARD = (
+    "has no card, so it decides at the world's control_hz and sees with the world's sensors, in the sizes of its "
+    "observation space: angles of the scan, spacing of the path and all else may differ from its training"
+)
+"""What is assumed of a model without a card, for a note to the user."""
 
 WINDOWS = {"path": ("path", "costmap"), "costmap": ("costmap",), "people": ("people",)}
 """Groups of the world's options that a window depends on: the path is planned on the costmap."""

@@ -6,8 +6,10 @@ import json
 import shutil
 from pathlib import Path
 
+import gymnasium
 import pytest
 
+import gym_mapbench  # noqa: F401, registers the env
 from evolution import train
 from evolution.cli import main
 from gym_mapbench.errors import ConfigError
@@ -54,6 +56,16 @@ def test_the_model_drives_beside_others_and_what_differs_is_said(trained, capsys
     assert json.loads(output.out)
     assert "learned: sees with its own 8 beams to 3.5 m instead of 360 to 3.5 m" in output.err
     assert "learned: trained with other noise" in output.err
+
+
+def test_what_is_assumed_of_a_model_without_a_card_is_said(tmp_path, capsys):
+    from stable_baselines3 import PPO
+
+    env = gymnasium.make("MapBench-v0", observation=["goal", "people"], people={"nearest": 2})
+    PPO("MultiInputPolicy", env, n_steps=8, batch_size=8, device="cpu").save(tmp_path / "bare.zip")
+    argv = ["bench", OFFICE, "--controllers", f"bare={tmp_path / 'bare.zip'}", "--time-limit", "1", "--workers", "1"]
+    assert main(argv) == 0
+    assert "bare: has no card, so it decides at the world's control_hz and sees with" in capsys.readouterr().err
 
 
 def test_a_finished_training_is_continued_to_itself(trained, capsys):
