@@ -3,7 +3,8 @@
 from __future__ import annotations
 
 import logging
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from contextlib import contextmanager
 from functools import partial
 from pathlib import Path
 from typing import Any
@@ -15,6 +16,7 @@ from controllers.learned import Features
 from evolution.files import locked
 from evolution.training.algorithms import (
     check_model,
+    is_sound,
     make_model,
     tensorboard_is_installed,
     threads,
@@ -35,7 +37,7 @@ from evolution.training.levels import EVERY_FIFTH, GivenLevels, Levels, RandomLe
 from evolution.training.record import Recorder, TrainProgress
 from evolution.training.settings import TrainSettings
 from gym_mapbench.env.scenario_source import draw_scenario, is_planned
-from gym_mapbench.errors import ConfigError
+from gym_mapbench.errors import ConfigError, RunError
 from gym_mapbench.generator import with_people
 from gym_mapbench.world.clearance import check_clearance
 from gym_mapbench.world.scenario import Scenario
@@ -76,7 +78,7 @@ def learn(directory: TrainingDir, on_progress: Callable[[TrainProgress], None] |
 
     Raises:
         RunError: If the directory is damaged, cannot be written, was written by another version of this package, or
-            another process trains there.
+            another process trains there; or if the training diverges.
         KeyboardInterrupt: If Ctrl-C was pressed; the model is kept and can be continued.
     """
     with locked(directory.path / TRAINING.mark, 0.0):
@@ -113,13 +115,31 @@ def _go_on(directory: TrainingDir, on_progress: Callable[[TrainProgress], None] 
     companion = Companion(
         settings, worlds, recorder, partial(_judge_all, settings, groups, statistics), interruption, on_progress
     )
-    with interruption.heeded(), threads(settings.threads):
+    with interruption.heeded(), threads(settings.threads), _divergence_told(model, directory.path):
         left = settings.steps - model.num_timesteps
         model.learn(left, callback=companion, reset_num_timesteps=state is None, tb_log_name=settings.algorithm)
         if interruption.asked:
             recorder.keep(model)
             raise KeyboardInterrupt
         companion.evaluate()
+
+
+@contextmanager
+def _divergence_told(model: Any, path: Path) -> Iterator[None]:
+    """Turn whatever fails inside the ``with`` block into an error of one line, if the networks have diverged.
+
+    Raises:
+        RunError: If they have.
+    """
+    try:
+        yield
+    except Exception as error:
+        if is_sound(model):
+            raise
+        raise RunError(
+            f"{path}: the training has diverged at step {model.num_timesteps}: expected finite weights and actions of "
+            "the policy, got others; a lower learning_rate may help"
+        ) from error
 
 
 def make_levels(
