@@ -101,6 +101,9 @@ class EnvConfig(ExtendedSettings):
     def build(cls, config: EnvConfig | Mapping[str, Any] | str | Path | None = None, **options: Any) -> EnvConfig:
         """Build from a config, a mapping or a YAML file, with ``options`` on top.
 
+        An option replaces the whole field: of a group such as ``lidar`` or ``reward``, what the option does not name
+        has its default, whatever ``config`` says.
+
         Raises:
             ConfigError: On an unknown key, a bad value, or a file that cannot be read or names code.
         """

@@ -116,8 +116,10 @@ class MapBenchEnv(gymnasium.Env[Any, Any]):
     Args:
         config: An EnvConfig, a mapping, or the name of a YAML file.
         scenarios: Drive on these (a MapSet or any scenarios) instead of the configured maps.
-        render_mode: ``rgb_array``, ``human`` or None.
-        **options: Fields of :class:`~gym_mapbench.env.config.EnvConfig`, on top of ``config``.
+        render_mode: ``rgb_array``, ``human`` or None. ``metadata["render_fps"]`` is ``control_hz``, to the next whole
+            number, so that a film of a frame for each step runs in real time.
+        **options: Fields of :class:`~gym_mapbench.env.config.EnvConfig`, on top of ``config``; a group of options such
+            as ``lidar`` replaces the whole group of ``config``.
 
     Raises:
         ConfigError: On an unknown key, a bad value, or an impossible task.
@@ -137,6 +139,7 @@ class MapBenchEnv(gymnasium.Env[Any, Any]):
         if render_mode is not None and render_mode not in self.metadata["render_modes"]:
             raise unknown_name("render mode", render_mode, self.metadata["render_modes"])
         self.config = EnvConfig.build(config, **options)
+        self.metadata = {**self.metadata, "render_fps": max(1, round(self.config.control_hz))}
         self.render_mode = render_mode
         self.observation_space = observation_space(self.config)
         self.action_space = action_space(self.config)

@@ -41,7 +41,7 @@ class MapBenchVectorEnv(SyncVectorEnv):
         autoreset_mode: ``NextStep``, ``SameStep`` or ``Disabled``, as Gymnasium defines them.
         render_mode: As for MapBenchEnv.
         scenarios: As for MapBenchEnv.
-        **options: Fields of :class:`~gym_mapbench.env.config.EnvConfig`, on top of ``config``.
+        **options: As for MapBenchEnv.
 
     Raises:
         ConfigError: As MapBenchEnv, and on a bad number or mode.
