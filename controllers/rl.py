@@ -8,7 +8,7 @@ from __future__ import annotations
 import math
 from collections.abc import Callable, Mapping
 from pathlib import Path
-from typing import Any, Literal
+from typing import Any
 
 import numpy as np
 from gymnasium.spaces import Box
@@ -16,7 +16,7 @@ from gymnasium.spaces import Box
 from controllers.base import Context, Observation
 from controllers.learned import ModelCard, TrainedPolicy, read_card
 from controllers.model_files import model_data
-from gym_mapbench.env.action import to_command
+from gym_mapbench.env.action import ActionKind, to_command
 from gym_mapbench.env.config import EnvConfig
 from gym_mapbench.env.observation import FAR, observation_space
 from gym_mapbench.errors import ConfigError
@@ -47,7 +47,7 @@ class PolicyController:
     ) -> None:
         self.name = name
         self.observation_keys = observation_keys
-        self._action: Literal["physical", "normalized"] = "normalized" if normalized else "physical"
+        self._action: ActionKind = "normalized" if normalized else "physical"
         self._predict = predict
         self._accepted = accepted_keywords(predict)
         self._spaces = dict(spaces or {})
@@ -75,7 +75,7 @@ class PolicyController:
 
     def reset(self, context: Context) -> None:
         """Forget the state of a recurrent policy."""
-        self._config = EnvConfig(robot=context.robot, action=self._action)
+        self._robot = context.robot
         self._state: Any = None
         self._first = True
 
@@ -90,7 +90,7 @@ class PolicyController:
         self._first = False
         action, self._state = answer if _has_state(answer) else (answer, None)
         try:
-            return to_command(action, self._config)
+            return to_command(action, self._robot, self._action)
         except ConfigError as error:
             raise ConfigError(f"{self.name}: {error}") from None
 
@@ -120,6 +120,9 @@ def as_controller(policy: Any, name: str, observation_keys: tuple[str, ...] | No
 
 def load_sb3(path: str | Path, name: str) -> PolicyController | TrainedPolicy:
     """Load a Stable-Baselines3 model with continuous actions: one with a card, or one over the env's Dict observation.
+
+    A model without a card decides once a control step of the world, and sees with the world's sensors in the sizes of
+    its observation space.
 
     Like every pickle, such a file can run code while it is read: load only files that you trust.
 
@@ -162,6 +165,7 @@ SIZED: dict[str, tuple[str, Callable[[EnvConfig, Box], Settings]]] = {
     "scan": ("lidar", _lidar_of),
     "path": ("path", lambda config, space: config.path.replace(points=space.high.size // 2)),
     "costmap": ("costmap", lambda config, space: config.costmap.replace(cells=math.isqrt(space.high.size))),
+    "people": ("people", lambda config, space: config.people.replace(nearest=space.high.size // 6)),
 }
 """For every key whose size is an option of the env: the group of options, and the group for a space of that key."""
 

@@ -507,9 +507,10 @@ def train(
 
     Args:
         algorithm: ``ppo``, ``sac`` or ``td3``; None for that of ``config``, or ``ppo``.
-        maps: Maps to train on; None for new random maps. Every fifth is held out.
+        maps: Maps to train on; None for new random maps. Every fifth is held out; of fewer than five none, and the
+            success is that on the training maps.
         curriculum: Maps for prioritized level replay among them; of the directory of a run, all maps on which a
-            controller reached the goal. Every fifth is held out.
+            controller reached the goal. Held out as of ``maps``.
         config: A YAML file with fields of :class:`evolution.training.TrainSettings`, or a mapping of them.
         out: New directory of the training; ``runs/ALGORITHM-seedN`` if None.
         resume: Directory of a training to continue; nothing but ``on_progress`` can be given beside it.

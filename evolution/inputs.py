@@ -79,8 +79,18 @@ def numbered(scenarios: Sequence[Scenario]) -> list[Scenario]:
 
 
 def listed(maps: Maps | Sequence[Maps] | None) -> list[Scenario]:
-    """Return the scenarios of some maps; none for None."""
-    return [] if maps is None else load_all(items_of(maps))
+    """Return the scenarios of some maps; none for None, one or more otherwise.
+
+    Raises:
+        ConfigError: If maps are given, but none of them.
+        MapFormatError: If a file is no map.
+    """
+    if maps is None:
+        return []
+    scenarios = load_all(items_of(maps))
+    if not scenarios:
+        raise ConfigError("expected at least one map, got none")
+    return scenarios
 
 
 def items_of(maps: Maps | Sequence[Maps]) -> list[Maps]:
@@ -103,9 +113,22 @@ def chosen(scenarios: Sequence[Scenario], name: str | None) -> Scenario:
 
 
 def levels_of(curriculum: Maps | Sequence[Maps] | None) -> list[Scenario]:
-    """Return the levels of a curriculum: of a run, all maps on which one of its controllers reached the goal."""
+    """Return the levels of a curriculum: of a run, all maps on which one of its controllers reached the goal.
+
+    Args:
+        curriculum: Maps, or a run; None for no levels.
+
+    Raises:
+        ConfigError: If there is a curriculum, but no level.
+        MapFormatError: If a file is no map.
+    """
     run = run_of(items_of(curriculum)) if curriculum is not None else None
-    return listed(curriculum) if run is None else reached_maps(run)
+    if run is None:
+        return listed(curriculum)
+    levels = reached_maps(run)
+    if not levels:
+        raise ConfigError(f"{run.path}: expected a run with a map on which a controller reached the goal, got none")
+    return levels
 
 
 def run_of(maps: Sequence[Maps]) -> LoadedRun | None:

@@ -17,6 +17,7 @@ import importlib
 import inspect
 import os
 import sys
+import sysconfig
 import traceback
 from collections.abc import Callable, Iterable, Iterator, Mapping
 from contextlib import AbstractContextManager, contextmanager, nullcontext
@@ -29,6 +30,9 @@ from gym_mapbench.trust import MODULE_ATTRIBUTE, about_to_run
 
 T = TypeVar("T")
 
+ROOMS = (Path(__file__).parents[1] / name for name in ("gym_mapbench", "controllers", "evolution"))
+LIBRARIES = (*(f"{room}{os.sep}" for room in ROOMS), *(sysconfig.get_path(kind) for kind in ("stdlib", "purelib")))
+"""Beginnings of the file names of code that a third party calls."""
 UNBLAMED = nullcontext()
 """Where the entry is the project's own."""
 
@@ -232,10 +236,11 @@ def accepted_keywords(function: Callable[..., Any]) -> frozenset[str]:
 
 
 def describe(error: BaseException) -> str:
-    """Say type, text and place of an error in one line."""
+    """Say type, text and place of an error in one line: the last place outside this project and installed packages."""
     text = " ".join(f"{type(error).__name__}: {error}".split())
     frames = [frame for frame in traceback.extract_tb(error.__traceback__) if not _is_machinery(frame.filename)]
-    return f"{text}, {Path(frames[-1].filename).name} line {frames[-1].lineno}" if frames else text
+    own = [frame for frame in frames if not frame.filename.startswith(LIBRARIES)]
+    return f"{text}, {Path((own or frames)[-1].filename).name} line {(own or frames)[-1].lineno}" if frames else text
 
 
 def _is_machinery(file: str) -> bool:

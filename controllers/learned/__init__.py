@@ -7,10 +7,11 @@ from __future__ import annotations
 
 from controllers.learned.encoding import EncodingSettings, Features
 from controllers.learned.memory import Sight
-from controllers.learned.model_card import ModelCard, Normalization, read_card, write_card
+from controllers.learned.model_card import NO_CARD, ModelCard, Normalization, read_card, write_card
 from controllers.learned.trained import TrainedPolicy
 
 __all__ = [
+    "NO_CARD",
     "EncodingSettings",
     "Features",
     "ModelCard",

@@ -27,7 +27,11 @@ CARD = "mapbench.json"
 MAX_CARD_BYTES = 1_000_000
 SCANNER = ("beams", "range_max", "angle_min", "angle_increment")
 """Options on which a network's input depends; the scanner's place and noise are those of the current world."""
-
+NO_CARD = (
+    "has no card, so it decides at the world's control_hz and sees with the world's sensors, in the sizes of its "
+    "observation space: angles of the scan, spacing of the path and all else may differ from its training"
+)
+"""What is assumed of a model without a card, for a note to the user."""
 
 WINDOWS = {"path": ("path", "costmap"), "costmap": ("costmap",), "people": ("people",)}
 """Groups of the world's options that a window depends on: the path is planned on the costmap."""
@@ -121,10 +125,22 @@ class ModelCard(Settings):
         found += [f"sees its own window of {key}" for key in windows if _differ(fitted, config, WINDOWS[key])]
         if own.noise != config.noise:
             found.append("trained with other noise")
+        if own.delay != config.delay:
+            found.append(f"trained with commands that are {own.delay:g} s late, here it is {config.delay:g} s")
+        found += self._other_values(config)
         for name in ("xy_goal_tolerance", "yaw_goal_tolerance"):
             if getattr(own, name) > getattr(config, name):
                 found.append(f"trained with {name} {getattr(own, name):g}, here it is {getattr(config, name):g}")
         return found
+
+    def _other_values(self, config: EnvConfig) -> list[str]:
+        """Say which options of a world that the model does not bring along differ from those of the training."""
+        pairs: dict[str, tuple[Any, Any]] = {"plant": (self.world.plant, config.plant)}
+        if "scan" in self.encoding.keys:
+            lidars = self.world.lidar, config.lidar
+            pairs["lidar.no_reading"] = lidars[0].no_reading, lidars[1].no_reading
+            pairs["lidar.scan_rate"] = lidars[0].scan_rate, lidars[1].scan_rate
+        return [f"trained with {name} {own}, here it is {here}" for name, (own, here) in pairs.items() if own != here]
 
 
 def _differ(one: EnvConfig, other: EnvConfig, groups: tuple[str, ...]) -> bool:

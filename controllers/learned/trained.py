@@ -48,8 +48,10 @@ class TrainedPolicy:
     def reset(self, context: Context) -> None:
         """Forget all observations."""
         card = self.card
-        self._world = card.world.replace(robot=context.robot, lidar=context.lidar, action="normalized")
-        self._sight = Sight(1, card.encoding, self._world)
+        self._robot = context.robot
+        # Not checked as a world: the physics of the training may be too slow for this robot, and this world's is not.
+        seen = card.world.model_copy(update={"robot": context.robot, "lidar": context.lidar})
+        self._sight = Sight(1, card.encoding, seen)
         self._repeats = round(1.0 / context.control_period / card.world.control_hz)
         self._step = 0
 
@@ -71,6 +73,6 @@ class TrainedPolicy:
             seen = self.card.normalization.apply(seen)
         actions, _ = self._predict(seen, deterministic=True)
         try:
-            return to_command(np.asarray(actions)[0], self._world)
+            return to_command(np.asarray(actions)[0], self._robot, "normalized")
         except ConfigError as error:
             raise ConfigError(f"{self.name}: {error}") from None

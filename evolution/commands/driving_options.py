@@ -5,7 +5,7 @@ from __future__ import annotations
 import argparse
 from collections.abc import Sequence
 
-from controllers.learned import read_card
+from controllers.learned import NO_CARD, read_card
 from controllers.nav2_params import NavigationParams, PlannerPlugin, counterpart
 from controllers.releases import Release
 from evolution.commands.console import note
@@ -195,18 +195,18 @@ def listed_controllers(text: str, known: Sequence[ControllerSpec] = ()) -> tuple
 
 
 def note_models(specs: Sequence[ControllerSpec], settings: DriveSettings) -> None:
-    """Print how the world differs from the training world of each model.
+    """Print how the world differs from the training world of each model, and what is assumed of one without a card.
 
     Raises:
         ConfigError: If a controller cannot run there; then nothing is printed.
     """
     models = {spec.name: spec.registered_name for spec in specs if spec.registered_name.endswith(".zip")}
-    cards = {name: card for name, path in models.items() if (card := read_card(path)) is not None}
+    cards = {name: read_card(path) for name, path in models.items()}
     if cards:
         try_controllers(specs, settings)
     for name, card in cards.items():
-        for difference in card.differences(settings.environment):
-            note(f"{name}: {difference}")
+        for said in [NO_CARD] if card is None else card.differences(settings.environment):
+            note(f"{name}: {said}")
 
 
 def resources_of(args: argparse.Namespace) -> Resources:

@@ -32,13 +32,14 @@ def add_parser(subparsers: argparse._SubParsersAction[argparse.ArgumentParser]) 
         "--maps",
         nargs="+",
         metavar="MAP",
-        help="maps to train on, as for mapbench bench; every fifth is held out (default: new random maps)",
+        help="maps to train on, as for mapbench bench; every fifth is held out, none of fewer than five (default: new "
+        "random maps)",
     )
     parser.add_argument(
         "--curriculum",
         metavar="RUN_OR_SET",
         help="the directory of a run, or a map-set file: its maps are levels of prioritized level replay; every "
-        "fifth is held out",
+        "fifth is held out, none of fewer than five",
     )
     parser.add_argument(
         "--steps",

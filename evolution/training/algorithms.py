@@ -37,6 +37,15 @@ OURS = (
 """Arguments of an algorithm that follow from other settings."""
 
 
+KINDS: dict[type, tuple[str, Any]] = {
+    bool: ("true or false", bool),
+    int: ("a whole number", int | list),
+    float: ("a number", int | float),
+}
+"""What a hyperparameter may be, by the type of its default; a list is a frequency such as ``[1, episode]``."""
+HUGE = 1e6
+"""Size of a weight from which on a network counts as diverged."""
+
 LEARNER_STATE = ("_last_obs", "_last_original_obs", "_last_episode_starts", "ep_info_buffer", "ep_success_buffer")
 """Attributes of a model that are of no use for driving."""
 
@@ -78,15 +87,35 @@ def check_model(settings: TrainSettings) -> None:
 
 
 def check_hyperparameters(settings: TrainSettings) -> None:
-    """Refuse hyperparameters that the algorithm does not have.
+    """Refuse hyperparameters that the algorithm does not have, and those of another kind than its defaults.
 
     Raises:
         ConfigError: Naming the first, or if Stable-Baselines3 is not installed.
     """
-    known = set(inspect.signature(_class_of(settings).__init__).parameters) - set(OURS)
-    for name in settings.hyperparameters:
+    parameters = inspect.signature(_class_of(settings).__init__).parameters
+    known = {name: parameter.default for name, parameter in parameters.items() if name not in OURS}
+    for name, value in settings.hyperparameters.items():
         if name not in known:
             raise unknown_name(f"hyperparameter of {settings.algorithm}", name, known)
+        kind = KINDS.get(type(known[name]))
+        if kind is not None and not (isinstance(value, kind[1]) and isinstance(value, bool) == (kind[1] is bool)):
+            raise ConfigError(f"hyperparameters.{name}: expected {kind[0]}, got {value!r:.80}")
+
+
+def is_sound(model: Any) -> bool:
+    """Whether a model's networks have finite weights of usual size and give finite actions on its latest input."""
+    import torch
+
+    weights = [weight for weight in model.policy.state_dict().values() if weight.is_floating_point()]
+    if not all(bool((weight.abs() < HUGE).all()) for weight in weights):
+        return False
+    if model._last_obs is None:
+        return True
+    try:
+        with torch.no_grad():
+            return bool(np.isfinite(model.predict(model._last_obs)[0]).all())
+    except ValueError:
+        return False
 
 
 def make_model(settings: TrainSettings, worlds: Any, logs: Path | None) -> Any:

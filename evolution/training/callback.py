@@ -16,7 +16,7 @@ from stable_baselines3.common.callbacks import BaseCallback
 from evolution.training.evaluation import Judgement
 from evolution.training.record import Recorder, TrainProgress
 from evolution.training.settings import TrainSettings
-from evolution.training.vec_env import TrainingWorlds
+from evolution.training.vec_env import TrainingWorlds, share_done
 
 OnProgress = Callable[[TrainProgress], None]
 
@@ -82,7 +82,7 @@ class Companion(BaseCallback):
         self._next = (self.num_timesteps // every + 1) * every
 
     def _on_rollout_start(self) -> None:
-        done = min(1.0, self.num_timesteps / self._settings.steps)
+        done = share_done(self._settings, self.num_timesteps)
         self._worlds.progress = done
         first, last = self._settings.learning_rate
         self.model.learning_rate = first + (last - first) * done

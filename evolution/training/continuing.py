@@ -6,6 +6,7 @@ the weights and the counters (plain JSON) are read; everything else follows from
 
 from __future__ import annotations
 
+import logging
 from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
@@ -18,6 +19,8 @@ from evolution.files import read_arrays, write_arrays
 from evolution.training.algorithms import make_model
 from evolution.training.settings import TrainSettings
 from gym_mapbench.errors import ConfigError, RunError
+
+LOG = logging.getLogger(__name__)
 
 COUNTERS = ("num_timesteps", "_n_updates", "_episode_num")
 MOMENTS = ("mean", "var", "count")
@@ -40,21 +43,26 @@ def continued_model(settings: TrainSettings, path: Path, worlds: Any, logs: Path
     """
     from stable_baselines3.common.save_util import load_from_zip_file, recursive_setattr
 
-    model = make_model(settings, worlds, logs)
+    model, counted = make_model(settings, worlds, logs), _counters(path)
     try:
-        data = model_data(path)
-        counted = {name: int(data[name]) for name in COUNTERS}
         _, weights, variables = load_from_zip_file(path, load_data=False, device="cpu")
         model.set_parameters(weights, exact_match=True, device="cpu")
         for name, value in (variables or {}).items():
             recursive_setattr(model, f"{name}.data", value.data)
-    except ConfigError as error:
-        raise RunError(str(error)) from None
     except Exception as error:
         reason = " ".join(str(error).split())[:200]
         raise RunError(f"{path}: cannot be continued as a model of {settings.algorithm} ({reason})") from None
     vars(model).update(counted)
     return model
+
+
+def saved_steps(path: Path) -> int:
+    """Return the steps of a saved model.
+
+    Raises:
+        RunError: If the file is not such a model.
+    """
+    return _counters(path)["num_timesteps"]
 
 
 def save_statistics(statistics: Any, path: Path) -> None:
@@ -74,23 +82,60 @@ def load_statistics(statistics: Any, path: Path) -> None:
             setattr(one, part, value if value.shape else float(value))
 
 
-def save_experience(buffer: Any, path: Path) -> None:
-    """Write the content of a replay buffer."""
-    write_arrays(
-        path,
-        {name: array[: buffer.size()] for name, array in _arrays(buffer).items()} | {"pos": np.asarray(buffer.pos)},
-    )
+def save_experience(model: Any, path: Path) -> None:
+    """Write the content of a model's replay buffer, and the steps of the model."""
+    buffer = model.replay_buffer
+    arrays = {name: array[: buffer.size()] for name, array in _arrays(buffer).items()}
+    write_arrays(path, arrays | {"pos": np.asarray(buffer.pos), "steps": np.asarray(model.num_timesteps)})
 
 
-def load_experience(buffer: Any, path: Path) -> None:
-    """Fill a new replay buffer; raises ``RunError`` if the file is damaged or of another training."""
+def load_experience(model: Any, path: Path) -> None:
+    """Fill the replay buffer of a continued model, if its experience was kept at the same step.
+
+    With less experience than ``learning_starts``, the model first explores at random until it has as much. A log
+    message says where experience is lost.
+
+    Args:
+        model: The model, with its steps and an empty buffer.
+        path: What :func:`save_experience` wrote; there may be no such file.
+
+    Raises:
+        RunError: If the file is damaged or of another training.
+    """
+    buffer, lost = model.replay_buffer, f"{path}: expected the experience of {model.num_timesteps} steps, got none"
+    if path.is_file():
+        arrays = read_arrays(path, SLACK + sum(array.nbytes for array in _arrays(buffer).values()))
+        steps = int(_fitting(arrays, "steps", (), path))
+        lost = f"{path}: expected the experience of {model.num_timesteps} steps, got that of {steps}"
+        if steps == model.num_timesteps:
+            _fill(buffer, arrays, path)
+            lost = ""
+    wanted = min(model.learning_starts, buffer.buffer_size * buffer.n_envs)
+    missing = wanted - buffer.size() * buffer.n_envs
+    if lost:
+        LOG.warning("%s; the training collects %d steps before it learns on", lost, missing)
+    if missing > 0:
+        model.learning_starts = max(model.learning_starts, model.num_timesteps + missing)
+
+
+def _fill(buffer: Any, arrays: Mapping[str, NDArray[Any]], path: Path) -> None:
+    """Fill a new replay buffer."""
     own = _arrays(buffer)
-    arrays = read_arrays(path, SLACK + sum(array.nbytes for array in own.values()))
     kept = min(len(arrays.get(next(iter(own)), ())), buffer.buffer_size)
     for name, array in own.items():
         array[:kept] = _fitting(arrays, name, (kept, *array.shape[1:]), path)
     buffer.full = kept == buffer.buffer_size
     buffer.pos = int(_fitting(arrays, "pos", (), path)) % buffer.buffer_size
+
+
+def _counters(path: Path) -> dict[str, int]:
+    """Return the counters of a saved model; raises ``RunError`` if it is none."""
+    try:
+        data = model_data(path)
+        return {name: int(data[name]) for name in COUNTERS}
+    except (ConfigError, KeyError, TypeError, ValueError) as error:
+        reason = str(error) if isinstance(error, ConfigError) else f"{path}: expected the counters of a model"
+        raise RunError(reason) from None
 
 
 def _moments(statistics: Any) -> dict[str, Any]:

@@ -14,6 +14,7 @@ from evolution.files import (
     Table,
     Tabled,
     check,
+    check_rows,
     csv_of,
     make_directory,
     read_csv,
@@ -21,6 +22,7 @@ from evolution.files import (
     write_json,
     write_text,
 )
+from evolution.training.levels import is_split
 from evolution.training.settings import TrainSettings
 from gym_mapbench.errors import RunError, unknown_name
 from gym_mapbench.mapio.map_set_file import map_set_document, parse_map_set
@@ -38,7 +40,8 @@ TRAINING = DirectoryKind("training", CONFIG, format_version=1)
 README_TEXT = """One training of mapbench. Lengths are m, times s; success is a share, 0 to 1.
 
 training.json       all options as used, and the versions they were used with
-curve.csv           one line per evaluation: success on every group of held-out maps, and of the episodes in training
+curve.csv           one line per evaluation: success on every group of held-out maps, and of the episodes in training;
+                    of fewer than five given maps none is held out, and it is success on the training maps
 figures/            the same as a picture
 best_model.zip      the model with the best mean success over these groups: drive it with
                     mapbench bench MAP --controllers mppi,learned=best_model.zip
@@ -47,7 +50,8 @@ checkpoints/        the model at every evaluation, by its steps, to be driven
 maps.json, curriculum.json    the maps it trains on, if they are not random
 state.json          where the training stands
 tensorboard/        logs, if TensorBoard was installed
-vecnormalize.npz, replay_buffer.npz    what else --resume needs, where the algorithm has it
+vecnormalize.npz    statistics of inputs and rewards that --resume needs, where the settings want them
+replay_buffer.npz   experience of SAC and TD3 at the last Ctrl-C; --resume uses it if model.zip is of the same step
 
 A model is a file of Stable-Baselines3 with a card in it, mapbench.json: what it sees, how often it decides.
 Model files can run code when they are loaded to drive: use only your own, and those of people you trust. --resume reads
@@ -64,6 +68,14 @@ class State(Document):
     finished: bool
 
 
+class CurveRow(Document):
+    """A line of ``curve.csv``; the columns of the groups of held-out maps come after these."""
+
+    steps: int
+    seconds: float
+    success: float
+
+
 @dataclass(frozen=True)
 class Training(Tabled):
     """A training as far as it has come; read by :func:`load_training`.
@@ -73,12 +85,14 @@ class Training(Tabled):
         config: ``training.json``.
         state: ``state.json``.
         curve: ``curve.csv``: one row per evaluation.
+        not_held_out: As of :class:`TrainingDir`.
     """
 
     path: Path
     config: Mapping[str, Any]
     state: Mapping[str, Any]
     curve: list[Row]
+    not_held_out: tuple[str, ...] = ()
 
     @property
     def finished(self) -> bool:
@@ -98,7 +112,8 @@ class Training(Tabled):
         """
         if name not in ("", "curve"):
             raise unknown_name("table", name, ["curve"])
-        return Table(self.curve, f"Success on held-out maps, {self.config['algorithm']}")
+        but = f" ({' and '.join(self.not_held_out)}: not held out)" if self.not_held_out else ""
+        return Table(self.curve, f"Success on held-out maps, {self.config['algorithm']}{but}")
 
 
 @dataclass(frozen=True)
@@ -160,6 +175,12 @@ class TrainingDir:
         return maps, curriculum
 
     @property
+    def not_held_out(self) -> tuple[str, ...]:
+        """Which of ``maps`` and ``curriculum`` are too few to hold one out, so that they are evaluated on as well."""
+        given = zip(("maps", "curriculum"), self.read_maps(), strict=True)
+        return tuple(name for name, scenarios in given if scenarios and not is_split(scenarios))
+
+    @property
     def state(self) -> dict[str, Any] | None:
         """Content of ``state.json``; None before the first checkpoint."""
         path = self.path / STATE
@@ -172,7 +193,9 @@ class TrainingDir:
     def read_curve(self) -> list[Row]:
         """Read ``curve.csv``, empty before the first evaluation; raises ``RunError`` if it is damaged."""
         path = self.path / CURVE
-        return read_csv(path) if path.is_file() else []
+        rows = read_csv(path) if path.is_file() else []
+        check_rows(CurveRow, rows, path)
+        return rows
 
     def write_curve(self, rows: Sequence[Row]) -> None:
         """Write ``curve.csv``."""
@@ -193,7 +216,7 @@ def load_training(path: str | Path) -> Training:
     state = directory.state
     if state is None:
         raise RunError(f"{path}: no checkpoint was written; continue it with --resume")
-    return Training(directory.path, directory.config, state, directory.read_curve())
+    return Training(directory.path, directory.config, state, directory.read_curve(), directory.not_held_out)
 
 
 def _scenarios(path: Path) -> Iterator[Scenario]:

@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping, Sequence
+import logging
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from contextlib import contextmanager
 from functools import partial
 from pathlib import Path
 from typing import Any
@@ -14,11 +16,12 @@ from controllers.learned import Features
 from evolution.files import locked
 from evolution.training.algorithms import (
     check_model,
+    is_sound,
     make_model,
     tensorboard_is_installed,
     threads,
 )
-from evolution.training.continuing import continued_model, load_experience, load_statistics
+from evolution.training.continuing import continued_model, load_experience, load_statistics, saved_steps
 from evolution.training.directory import (
     BUFFER,
     LATEST,
@@ -30,19 +33,18 @@ from evolution.training.directory import (
     load_training,
 )
 from evolution.training.evaluation import Judgement, judge
-from evolution.training.levels import GivenLevels, Levels, RandomLevels, ReplayedLevels
+from evolution.training.levels import EVERY_FIFTH, GivenLevels, Levels, RandomLevels, ReplayedLevels, split
 from evolution.training.record import Recorder, TrainProgress
 from evolution.training.settings import TrainSettings
 from gym_mapbench.env.scenario_source import draw_scenario, is_planned
-from gym_mapbench.errors import ConfigError
+from gym_mapbench.errors import ConfigError, RunError
 from gym_mapbench.generator import with_people
 from gym_mapbench.world.clearance import check_clearance
 from gym_mapbench.world.scenario import Scenario
 
+LOG = logging.getLogger(__name__)
 HELD_OUT = 20_260_713
 """Seed of the random maps that policies are judged on: the same in every training."""
-EVERY_FIFTH = 5
-"""Of five given maps, one is held out."""
 
 
 def begin_training(
@@ -76,7 +78,7 @@ def learn(directory: TrainingDir, on_progress: Callable[[TrainProgress], None] |
 
     Raises:
         RunError: If the directory is damaged, cannot be written, was written by another version of this package, or
-            another process trains there.
+            another process trains there; or if the training diverges.
         KeyboardInterrupt: If Ctrl-C was pressed; the model is kept and can be continued.
     """
     with locked(directory.path / TRAINING.mark, 0.0):
@@ -101,22 +103,43 @@ def _go_on(directory: TrainingDir, on_progress: Callable[[TrainProgress], None] 
     settings, state = directory.settings, directory.state
     TRAINING.check_resumed(directory.path, directory.config, {})
     maps, curriculum = directory.read_maps()
-    worlds = TrainingWorlds(settings, make_levels(settings, maps, curriculum, 0 if state is None else state["steps"]))
+    for name in directory.not_held_out:
+        LOG.warning("%s: fewer than %d, so none is held out: success is that on the training maps", name, EVERY_FIFTH)
+    done = 0 if state is None else saved_steps(directory.path / LATEST)
+    worlds = TrainingWorlds(settings, make_levels(settings, maps, curriculum, done), done)
     lessons, statistics = _normalized(settings, worlds, directory.path if state else None)
     model = _model(settings, directory, lessons, resumed=state is not None)
-    recorder = Recorder(directory, settings, statistics, directory.read_curve(), state)
+    recorder = Recorder(directory, settings, statistics, done)
     groups = held_out_groups(settings, maps, curriculum)
     interruption = Interruption()
     companion = Companion(
         settings, worlds, recorder, partial(_judge_all, settings, groups, statistics), interruption, on_progress
     )
-    with interruption.heeded(), threads(settings.threads):
+    with interruption.heeded(), threads(settings.threads), _divergence_told(model, directory.path):
         left = settings.steps - model.num_timesteps
         model.learn(left, callback=companion, reset_num_timesteps=state is None, tb_log_name=settings.algorithm)
         if interruption.asked:
-            recorder.keep(model, with_buffer=True)
+            recorder.keep(model)
             raise KeyboardInterrupt
         companion.evaluate()
+
+
+@contextmanager
+def _divergence_told(model: Any, path: Path) -> Iterator[None]:
+    """Turn whatever fails inside the ``with`` block into an error of one line, if the networks have diverged.
+
+    Raises:
+        RunError: If they have.
+    """
+    try:
+        yield
+    except Exception as error:
+        if is_sound(model):
+            raise
+        raise RunError(
+            f"{path}: the training has diverged at step {model.num_timesteps}: expected finite weights and actions of "
+            "the policy, got others; a lower learning_rate may help"
+        ) from error
 
 
 def make_levels(
@@ -135,18 +158,9 @@ def make_levels(
 def held_out_groups(
     settings: TrainSettings, maps: Sequence[Scenario], curriculum: Sequence[Scenario]
 ) -> dict[str, list[Scenario]]:
-    """Return the maps that the policy is judged on, by the name of their group."""
+    """Return the maps that the policy is judged on, by the name of their group; of fewer than five, the training's."""
     groups = {"maps": split(maps)[1]} if maps else _random_groups(settings)
     return {**groups, "curriculum": split(curriculum)[1]} if curriculum else groups
-
-
-def split(scenarios: Sequence[Scenario]) -> tuple[list[Scenario], list[Scenario]]:
-    """Return the maps to train on and those held out, every fifth; of fewer than five, all are used for both."""
-    if len(scenarios) < EVERY_FIFTH:
-        return list(scenarios), list(scenarios)
-    held_out = list(scenarios[EVERY_FIFTH - 1 :: EVERY_FIFTH])
-    kept = [one for number, one in enumerate(scenarios) if number % EVERY_FIFTH != EVERY_FIFTH - 1]
-    return kept, held_out
 
 
 def _random_groups(settings: TrainSettings) -> dict[str, list[Scenario]]:
@@ -193,6 +207,6 @@ def _model(settings: TrainSettings, directory: TrainingDir, lessons: Any, *, res
     if not resumed:
         return make_model(settings, lessons, logs)
     model = continued_model(settings, directory.path / LATEST, lessons, logs)
-    if (directory.path / BUFFER).is_file():
-        load_experience(model.replay_buffer, directory.path / BUFFER)
+    if hasattr(model, "replay_buffer"):
+        load_experience(model, directory.path / BUFFER)
     return model

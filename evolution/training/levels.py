@@ -23,6 +23,24 @@ FIRST_MAPS = 200
 """Random maps that are sampled before a map is reused."""
 
 
+EVERY_FIFTH = 5
+"""Of five given maps, one is held out."""
+
+
+def split(scenarios: Sequence[Scenario]) -> tuple[list[Scenario], list[Scenario]]:
+    """Return the maps to train on and those held out, every fifth; of fewer than five, all are used for both."""
+    if not is_split(scenarios):
+        return list(scenarios), list(scenarios)
+    held_out = list(scenarios[EVERY_FIFTH - 1 :: EVERY_FIFTH])
+    kept = [one for number, one in enumerate(scenarios) if number % EVERY_FIFTH != EVERY_FIFTH - 1]
+    return kept, held_out
+
+
+def is_split(scenarios: Sequence[Scenario]) -> bool:
+    """Whether some of these maps are held out."""
+    return len(scenarios) >= EVERY_FIFTH
+
+
 class Levels(Protocol):
     """Gives every episode its map."""
 

@@ -2,14 +2,17 @@
 
 from __future__ import annotations
 
+import logging
 import time
 from collections.abc import Mapping
 from dataclasses import dataclass
+from pathlib import Path
 from typing import Any
 
 import numpy as np
 
-from evolution.files import Row
+from controllers.learned import read_card
+from evolution.files import Row, write_bytes
 from evolution.pictures import learning_figure, save_figure
 from evolution.training.algorithms import card_of, save_model
 from evolution.training.continuing import save_experience, save_statistics
@@ -25,7 +28,9 @@ from evolution.training.directory import (
 )
 from evolution.training.evaluation import Judgement
 from evolution.training.settings import TrainSettings
+from gym_mapbench.errors import ConfigError
 
+LOG = logging.getLogger(__name__)
 NO_SCORE = -1.0
 
 
@@ -53,29 +58,31 @@ class TrainProgress:
 class Recorder:
     """Writes the directory of a training.
 
+    The step of the latest model is the one from which a training is continued. The learning curve has no later line,
+    and its figure and the best model follow from it, wherever the training was killed.
+
     Args:
         directory: The directory.
         settings: The training.
         statistics: Its VecNormalize, None without one.
-        rows: The learning curve so far.
-        state: Content of ``state.json``; None at the beginning.
+        done: Steps of the latest model; 0 at the beginning.
+
+    Attributes:
+        rows: The learning curve.
     """
 
-    def __init__(
-        self,
-        directory: TrainingDir,
-        settings: TrainSettings,
-        statistics: Any,
-        rows: list[Row] | None = None,
-        state: Mapping[str, Any] | None = None,
-    ) -> None:
+    def __init__(self, directory: TrainingDir, settings: TrainSettings, statistics: Any, done: int = 0) -> None:
         self._directory = directory
         self._settings = settings
         self._statistics = statistics
-        self.rows = rows or []
-        self._best = float((state or {}).get("best", NO_SCORE))
-        self._seconds = float((state or {}).get("seconds", 0.0))
+        self._seconds = float((directory.state or {}).get("seconds", 0.0))
         self._began = time.perf_counter()
+        kept = directory.read_curve()
+        self.rows = [row for row in kept if row["steps"] <= done]
+        if kept:
+            self._directory.write_curve(self.rows)
+        if self.rows:
+            self._follow()
 
     @property
     def seconds(self) -> float:
@@ -83,43 +90,68 @@ class Recorder:
         return self._seconds + time.perf_counter() - self._began
 
     def evaluated(self, model: Any, found: Mapping[str, Judgement], success: float | None) -> None:
-        """Record an evaluation; save the model if it is the best so far."""
+        """Record an evaluation; its model is the best one if no earlier one was as good."""
         score = float(np.mean([judgement.success for judgement in found.values()]))
-        self.rows.append(_row(model.num_timesteps, self.seconds, score, found, success))
-        path = self._directory.path
-        if score > self._best:
-            self._best = score
-            self._save(model, BEST, score)
-        self._save(model, f"{CHECKPOINTS}/{model.num_timesteps:010d}.zip", score)
+        earlier = [row for row in self.rows if row["steps"] < model.num_timesteps]
+        self.rows = [*earlier, _row(model.num_timesteps, self.seconds, score, found, success)]
+        self._save(model, _checkpoint(self.rows[-1]), score)
         self._directory.write_curve(self.rows)
-        save_figure(learning_figure(self.rows, list(found)), path / FIGURES / CURVE_FIGURE)
-        self.keep(model)
+        self._save_latest(model)
+        self._follow()
+        self._write_state(model)
 
-    def keep(self, model: Any, *, with_buffer: bool = False) -> None:
-        """Write the latest model and the state of the training.
+    def keep(self, model: Any) -> None:
+        """Write the latest model, with its replay buffer if it has one, and the state of the training."""
+        self._save_latest(model)
+        if hasattr(model, "replay_buffer"):
+            save_experience(model, self._directory.path / BUFFER)
+        self._write_state(model)
 
-        Args:
-            model: The model.
-            with_buffer: Whether to write the replay buffer too, where the algorithm has one; it may be large.
-        """
-        path = self._directory.path
+    def _follow(self) -> None:
+        """Write what follows from the learning curve: its figure, and the first of the best checkpoints."""
+        path, best = self._directory.path, max(self.rows, key=_score)
+        if best is self.rows[-1] or best["steps"] != _steps_of(path / BEST):
+            if (path / _checkpoint(best)).is_file():
+                write_bytes(path / BEST, (path / _checkpoint(best)).read_bytes())
+            else:
+                LOG.warning("%s: expected the best model so far, got none; %s stays", path / _checkpoint(best), BEST)
+        groups = [name.removesuffix("_low") for name in self.rows[-1] if name.endswith("_low")]
+        save_figure(learning_figure(self.rows, groups), path / FIGURES / CURVE_FIGURE)
+
+    def _save_latest(self, model: Any) -> None:
         self._save(model, LATEST, self.rows[-1]["success"] if self.rows else None)
-        if self._uses_statistics:
-            save_statistics(self._statistics, path / STATISTICS)
-        if with_buffer and hasattr(model, "replay_buffer"):
-            save_experience(model.replay_buffer, path / BUFFER)
-        finished = model.num_timesteps >= self._settings.steps
-        state = {"steps": model.num_timesteps, "seconds": self.seconds, "best": self._best, "finished": finished}
-        self._directory.write_state(state)
+        if self._statistics is not None:
+            save_statistics(self._statistics, self._directory.path / STATISTICS)
 
-    @property
-    def _uses_statistics(self) -> bool:
-        return self._statistics is not None
+    def _write_state(self, model: Any) -> None:
+        """Write the state, as the last file: a training that is finished has all others."""
+        best = max(map(_score, self.rows), default=NO_SCORE)
+        finished = model.num_timesteps >= self._settings.steps
+        state = {"steps": model.num_timesteps, "seconds": self.seconds, "best": best, "finished": finished}
+        self._directory.write_state(state)
 
     def _save(self, model: Any, name: str, score: float | None) -> None:
         statistics = self._statistics if self._settings.normalize_observations else None
         card = card_of(self._settings, statistics, steps=model.num_timesteps, success=score)
         save_model(model, self._directory.path / name, card, to_drive=name != LATEST)
+
+
+def _score(row: Row) -> float:
+    return float(row["success"])
+
+
+def _checkpoint(row: Row) -> str:
+    """Return the file of the model that a line of the learning curve is of."""
+    return f"{CHECKPOINTS}/{row['steps']:010d}.zip"
+
+
+def _steps_of(model: Path) -> int | None:
+    """Return the steps of a kept model; None if there is none, or it is damaged."""
+    try:
+        card = read_card(model)
+    except ConfigError:
+        return None
+    return None if card is None else card.training.get("steps")
 
 
 def _row(steps: int, seconds: float, score: float, found: Mapping[str, Judgement], training: float | None) -> Row:

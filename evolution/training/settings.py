@@ -83,7 +83,7 @@ class EvaluationSettings(Settings):
     Args:
         every: Steps between two evaluations; each also writes a checkpoint.
         maps: Random maps for every number of obstacles.
-        obstacles: Numbers of obstacles of these maps.
+        obstacles: Numbers of obstacles of these maps, one or more.
         time_limit: Simulated seconds an episode may take.
     """
 
@@ -91,6 +91,13 @@ class EvaluationSettings(Settings):
     maps: Count = 100
     obstacles: tuple[Natural, ...] = (15, 30)
     time_limit: Positive = 100.0
+
+    @field_validator("obstacles")
+    @classmethod
+    def _some(cls, value: tuple[int, ...]) -> tuple[int, ...]:
+        if not value:
+            raise ConfigError("expected at least one number, by whose maps the best model is chosen, got none")
+        return value
 
 
 class NetworkSettings(Settings):

@@ -20,21 +20,27 @@ LATEST = 1000
 """Episodes that the shown success is of."""
 
 
+def share_done(settings: TrainSettings, steps: int) -> float:
+    """Return the share of a training that is done after some steps, 0 to 1."""
+    return min(1.0, steps / settings.steps)
+
+
 class TrainingWorlds(VecEnv):
     """Worlds on levels, as Stable-Baselines3 trains on them.
 
     Args:
         settings: Which worlds, how many.
         levels: Give every episode its map.
+        done: Steps that are done already, where a training is continued.
 
     Attributes:
-        progress: Share of the training that is done; the trainer sets it.
+        progress: Share of the training that is done; the trainer sets it before every rollout.
         successes: Whether each of the latest episodes reached the goal.
         episodes: Number of finished episodes.
     """
 
-    def __init__(self, settings: TrainSettings, levels: Levels) -> None:
-        self.progress = 0.0
+    def __init__(self, settings: TrainSettings, levels: Levels, done: int = 0) -> None:
+        self.progress = share_done(settings, done)
         self.episodes = 0
         self.successes: deque[bool] = deque(maxlen=LATEST)
         self._levels = levels

@@ -3,16 +3,20 @@
 from __future__ import annotations
 
 import math
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Literal
 
 import numpy as np
 from gymnasium import spaces
 from numpy.typing import ArrayLike, NDArray
 
 from gym_mapbench.errors import ConfigError
+from gym_mapbench.world.robot import RobotSpec
 
 if TYPE_CHECKING:
     from gym_mapbench.env.config import EnvConfig
+
+ActionKind = Literal["physical", "normalized"]
+"""What actions are: m/s and rad/s, or shares of the robot's limits."""
 
 
 def action_space(config: EnvConfig) -> spaces.Box:
@@ -25,10 +29,15 @@ def action_space(config: EnvConfig) -> spaces.Box:
     return spaces.Box(low, high, dtype=np.float32)
 
 
-def to_command(action: ArrayLike, config: EnvConfig) -> tuple[float, float]:
+def to_command(action: ArrayLike, robot: RobotSpec, kind: ActionKind) -> tuple[float, float]:
     """Return the forward speed (m/s) and turn rate (rad/s) an action commands, not yet clipped.
 
     A normalised action is a share of the robot's limit in its direction, so that 0 means standing still.
+
+    Args:
+        action: Two numbers.
+        robot: The robot that is to obey.
+        kind: What the numbers are.
 
     Raises:
         ConfigError: If the action is not two finite numbers.
@@ -42,9 +51,8 @@ def to_command(action: ArrayLike, config: EnvConfig) -> tuple[float, float]:
     v, w = values.tolist()
     if not (math.isfinite(v) and math.isfinite(w)):
         raise ConfigError(f"action: expected two finite numbers, got ({v}, {w})")
-    if config.action == "physical":
+    if kind == "physical":
         return v, w
-    robot = config.robot
     return v * (robot.max_linear_velocity if v > 0 else robot.max_reverse_velocity), w * robot.max_angular_velocity
 
 

@@ -37,12 +37,16 @@ class Batch:
     Args:
         config: Of all worlds.
         worlds: Their numbers.
+
+    Attributes:
+        begun: ``(count,)`` whether the last reset of each world has succeeded, so that it has an episode.
     """
 
     def __init__(self, config: EnvConfig, worlds: Worlds) -> None:
         self._config = config
         self._worlds = worlds
         self._count = len(worlds.robots)
+        self.begun: Mask = np.zeros(self._count, np.bool_)
         self._drive = drive_of(config.robot, config.physics_hz, config.plant)
         self._rules = rules_of(config)
         self._lidar = lidar = config.mounted_lidar
@@ -62,6 +66,7 @@ class Batch:
         self._walls = put_row(self._walls, index, world.grid.framed)
         self._fields = put_row(self._fields, index, field)
         self._traffic.settle(index, world)
+        self.begun[index] = True
 
     def drive(self, commands: NDArray[np.float64], running: Mask) -> Touched:
         """Drive for one control period, at first still by the previous command.

@@ -7,10 +7,11 @@ import textwrap
 from collections.abc import Mapping, Sequence
 from dataclasses import replace
 from pathlib import Path
-from typing import Annotated, Any, ClassVar, Literal
+from typing import Annotated, Any, ClassVar
 
 from pydantic import Field, field_validator, model_validator
 
+from gym_mapbench.env.action import ActionKind
 from gym_mapbench.env.groups import OBSERVATION_KEYS, CostmapWindow, PathWindow, PeopleWindow, RewardSettings
 from gym_mapbench.errors import ConfigError, unknown_name
 from gym_mapbench.files.documents import read_yaml
@@ -83,7 +84,7 @@ class EnvConfig(ExtendedSettings):
     physics_hz: Rate = 100.0
     control_hz: Rate = 20.0
     time_limit: Annotated[float, Field(gt=0, le=1e6)] = 150.0
-    action: Literal["physical", "normalized"] = "physical"
+    action: ActionKind = "physical"
     collision_ends_episode: bool = True
     goal_ends_episode: bool = True
     xy_goal_tolerance: Positive = 0.25
@@ -99,6 +100,9 @@ class EnvConfig(ExtendedSettings):
     @classmethod
     def build(cls, config: EnvConfig | Mapping[str, Any] | str | Path | None = None, **options: Any) -> EnvConfig:
         """Build from a config, a mapping or a YAML file, with ``options`` on top.
+
+        An option replaces the whole field: of a group such as ``lidar`` or ``reward``, what the option does not name
+        has its default, whatever ``config`` says.
 
         Raises:
             ConfigError: On an unknown key, a bad value, or a file that cannot be read or names code.
@@ -182,6 +186,11 @@ class EnvConfig(ExtendedSettings):
     def late_ticks(self) -> int:
         """Physics steps of every control step in which the robot still obeys the previous command."""
         return math.floor(self.noise.latency * self.ticks + 0.5)
+
+    @property
+    def delay(self) -> float:
+        """Seconds of every control step in which the robot still obeys the previous command."""
+        return self.late_ticks / self.physics_hz
 
     @property
     def mounted_lidar(self) -> LidarSettings:

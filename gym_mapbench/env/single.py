@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Iterable, Mapping
 from pathlib import Path
-from typing import Any
+from typing import Any, NoReturn, SupportsIndex
 
 import gymnasium
 import numpy as np
@@ -32,11 +32,26 @@ from gym_mapbench.world.world import BODY, World
 Observation = dict[str, NDArray[Any]]
 
 
+def refuse_copy(env: object, protocol: SupportsIndex) -> NoReturn:
+    """Refuse ``copy``, ``deepcopy`` and ``pickle`` of an env, as its ``__reduce_ex__``.
+
+    Raises:
+        TypeError: Always. Box2D's state cannot be copied, and the worlds of a vector env share their arrays.
+    """
+    raise TypeError(
+        "an env of MapBench cannot be copied or pickled: make another one with the same options, reset it with the "
+        "same seed, and repeat the actions"
+    )
+
+
 class MapBenchEnv(gymnasium.Env[Any, Any]):
     """A differential-drive robot drives from start to goal, among walls and moving bodies.
 
     Numbers in the tables are the defaults: a TurtleBot3 Waffle, 20 actions per second. All options are fields of
     :class:`~gym_mapbench.env.config.EnvConfig`.
+
+    An env cannot be copied or pickled (TypeError). Another env with the same options, seed and actions is in the same
+    state.
 
     **Action space**: `Box((2,), float32)`. Values beyond the limits are clipped.
 
@@ -101,8 +116,10 @@ class MapBenchEnv(gymnasium.Env[Any, Any]):
     Args:
         config: An EnvConfig, a mapping, or the name of a YAML file.
         scenarios: Drive on these (a MapSet or any scenarios) instead of the configured maps.
-        render_mode: ``rgb_array``, ``human`` or None.
-        **options: Fields of :class:`~gym_mapbench.env.config.EnvConfig`, on top of ``config``.
+        render_mode: ``rgb_array``, ``human`` or None. ``metadata["render_fps"]`` is ``control_hz``, to the next whole
+            number, so that a film of a frame for each step runs in real time.
+        **options: Fields of :class:`~gym_mapbench.env.config.EnvConfig`, on top of ``config``; a group of options such
+            as ``lidar`` replaces the whole group of ``config``.
 
     Raises:
         ConfigError: On an unknown key, a bad value, or an impossible task.
@@ -122,6 +139,7 @@ class MapBenchEnv(gymnasium.Env[Any, Any]):
         if render_mode is not None and render_mode not in self.metadata["render_modes"]:
             raise unknown_name("render mode", render_mode, self.metadata["render_modes"])
         self.config = EnvConfig.build(config, **options)
+        self.metadata = {**self.metadata, "render_fps": max(1, round(self.config.control_hz))}
         self.render_mode = render_mode
         self.observation_space = observation_space(self.config)
         self.action_space = action_space(self.config)
@@ -141,7 +159,7 @@ class MapBenchEnv(gymnasium.Env[Any, Any]):
     def reset(
         self, *, seed: int | None = None, options: dict[str, Any] | None = None
     ) -> tuple[Observation, dict[str, Any]]:
-        """Begin an episode.
+        """Begin an episode; if that fails, none is running until the next reset.
 
         Args:
             seed: Seed of the env's generator, from which maps and noise are sampled.
@@ -152,8 +170,8 @@ class MapBenchEnv(gymnasium.Env[Any, Any]):
             ConfigError: If start or goal is off the map, or the robot would touch a wall or a body there.
             NoPathError: If ``path`` is observed and there is none.
         """
-        super().reset(seed=seed)
         self.task = None
+        super().reset(seed=seed)
         self.scenario = self._source.choose(options or {}, self.np_random)
         check_clearance(self.scenario, self.robot)
         config, noise = self.config, self.config.noise
@@ -193,7 +211,7 @@ class MapBenchEnv(gymnasium.Env[Any, Any]):
         task = self.task
         if task is None or task.over:
             raise ResetNeeded("step: no episode is running; call reset first")
-        touched = self._drive(*to_command(action, self.config))
+        touched = self._drive(*to_command(action, self.robot, self.config.action))
         pose, velocity = self.simulation.state()
         task.step(pose, touched)
         self.picture()
@@ -244,6 +262,8 @@ class MapBenchEnv(gymnasium.Env[Any, Any]):
         if self._window is not None:
             self._window.close()
             self._window = None
+
+    __reduce_ex__ = refuse_copy
 
     def carried_out(self, v: float, w: float) -> tuple[float, float]:
         """Return a command (m/s, rad/s) as the motors carry it out in this control period; call it once in each."""

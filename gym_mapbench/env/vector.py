@@ -16,7 +16,7 @@ from numpy.typing import ArrayLike, NDArray
 from gym_mapbench.env.action import to_commands
 from gym_mapbench.env.batch import Batch
 from gym_mapbench.env.config import EnvConfig
-from gym_mapbench.env.single import MapBenchEnv, Observation
+from gym_mapbench.env.single import MapBenchEnv, Observation, refuse_copy
 from gym_mapbench.env.traffic import Mask
 from gym_mapbench.errors import ConfigError
 from gym_mapbench.kernels.task import COLLISION, GOAL, RUNNING, TIMEOUT
@@ -32,7 +32,8 @@ class MapBenchVectorEnv(SyncVectorEnv):
     World ``i`` after ``reset(seed=s)`` equals a single env after ``reset(seed=s + i)``, bit by bit. Spaces, autoreset
     and the form of ``infos`` are those of Gymnasium's SyncVectorEnv. One kernel each computes motion, reward, goal
     and scans of all worlds. World by world come Box2D, where walls or bodies are within reach or a polygon's episode
-    goes on after a touch, sampled noise, ``path``, ``costmap``, and scans of a scanner with a ``scan_rate``.
+    goes on after a touch, sampled noise, ``path``, ``costmap``, and scans of a scanner with a ``scan_rate``. Like a
+    single env, it cannot be copied or pickled (TypeError).
 
     Args:
         num_envs: Number of worlds.
@@ -40,7 +41,7 @@ class MapBenchVectorEnv(SyncVectorEnv):
         autoreset_mode: ``NextStep``, ``SameStep`` or ``Disabled``, as Gymnasium defines them.
         render_mode: As for MapBenchEnv.
         scenarios: As for MapBenchEnv.
-        **options: Fields of :class:`~gym_mapbench.env.config.EnvConfig`, on top of ``config``.
+        **options: As for MapBenchEnv.
 
     Raises:
         ConfigError: As MapBenchEnv, and on a bad number or mode.
@@ -68,7 +69,6 @@ class MapBenchVectorEnv(SyncVectorEnv):
         self._members = cast(list[_World], self.envs)
         self._batch.envs = self._members
         self._all: Mask = np.ones(num_envs, np.bool_)
-        self._begun = False
         self._last: Observation = {}
 
     def reset(
@@ -91,7 +91,6 @@ class MapBenchVectorEnv(SyncVectorEnv):
         self._env_obs = kept
         result: tuple[Observation, dict[str, Any]] = super().reset(seed=seed, options=options)
         self._last = _copied(result[0])
-        self._begun = True
         return result
 
     def step(self, actions: ArrayLike) -> StepResult:
@@ -106,10 +105,11 @@ class MapBenchVectorEnv(SyncVectorEnv):
 
         Raises:
             ConfigError: If the actions are anything else.
-            gymnasium.error.ResetNeeded: If a world has no running episode and does not begin one by itself.
+            gymnasium.error.ResetNeeded: If a world has no running episode and does not begin one by itself, or its last
+                reset has failed.
         """
         ended: Mask = self._worlds.tasks["outcome"] != RUNNING
-        if not self._begun or (ended.any() and self.autoreset_mode is not AutoresetMode.NEXT_STEP):
+        if not self._batch.begun.all() or (ended.any() and self.autoreset_mode is not AutoresetMode.NEXT_STEP):
             raise ResetNeeded("step: a world has no running episode; call reset first")
         running = ~ended
         touched = self._batch.drive(to_commands(actions, self.config, running), running)
@@ -130,6 +130,8 @@ class MapBenchVectorEnv(SyncVectorEnv):
         self._last = _copied(observations)
         infos |= _masked(self._batch.infos(), self._all)
         return observations, rewards, (outcomes == GOAL) | (outcomes == COLLISION), outcomes == TIMEOUT, infos
+
+    __reduce_ex__ = refuse_copy
 
     def _begin(self, chosen: Mask, observations: Observation) -> None:
         """Begin an episode in the chosen worlds, and write their observations."""
@@ -161,6 +163,7 @@ class _World(MapBenchEnv):
         self, *, seed: int | None = None, options: dict[str, Any] | None = None
     ) -> tuple[Observation, dict[str, Any]]:
         """As :meth:`MapBenchEnv.reset`."""
+        self._batch.begun[self._index] = False
         if options is not None and "scenarios" in options:
             others = {name: value for name, value in options.items() if name != "scenarios"}
             options = {**others, "scenario": options["scenarios"][self._index]}

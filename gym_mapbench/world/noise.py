@@ -61,7 +61,7 @@ class NoiseSettings(Settings):
         actuation_w: The same for the commanded turn rate.
         actuation_time_constant: As ``pose_time_constant``, for these two errors.
         latency: Share of the control period for which the robot still obeys the previous command, rounded to whole
-            physics steps.
+            physics steps. In seconds it depends on ``control_hz``: 0.2 is 0.01 s at 20 Hz and 0.04 s at 5 Hz.
         lidar_mount: Where the scanner is, unless ``lidar`` says so. ``centre``: at the robot's centre, and it sees
             from 0 m on. ``robot``: where the robot's own scanner is.
         scan: Deviation of each range of the lidar, m.

@@ -66,6 +66,13 @@ def test_share_of_the_limits_becomes_physical():
     assert acted(policy) == pytest.approx((0.1 * 0.5, 0.2 * 1.9))
 
 
+def test_the_world_shows_as_many_bodies_as_the_policy_was_made_for():
+    policy = Policy()
+    policy.observation_space = Dict({"people": Box(-1e8, 1e8, (12,)), "path": Box(-1e8, 1e8, (6,))})
+    fitted = as_controller(policy, "mine").fit(EnvConfig())
+    assert (fitted.people.nearest, fitted.path.points) == (2, 3)
+
+
 @pytest.mark.parametrize("answer", [(1.0, float("nan")), np.zeros(3), "fast", np.zeros((1, 2))])
 def test_bad_action_names_the_policy(answer):
     with pytest.raises(ConfigError, match=r"^mine: action: expected two"):

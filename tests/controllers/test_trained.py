@@ -61,6 +61,16 @@ def test_what_the_other_robot_can_do_is_what_the_actions_are_shares_of():
     assert episode.commands[0] == pytest.approx((0.22, -0.5 * 2.84))
 
 
+def test_a_robot_too_fast_for_the_physics_of_the_training_is_driven():
+    fast = WORLD.robot.replace(name="fast", max_linear_velocity=6.0)
+    world = EnvConfig(robot=fast, physics_hz=1000.0, time_limit=0.2)
+    _, _, episode = drive(card_of(), world)
+    assert episode.commands[0] == pytest.approx((6.0, 0.0))
+    straight = as_controller(lambda observation: (0.3, 0.0), "straight", ("goal",))
+    episode = run_episode(environment_for(world, straight), straight, ROOM, name="straight", seed=0)
+    assert episode.commands[0] == pytest.approx((0.3, 0.0))
+
+
 def test_the_mount_of_the_scanner_stays_the_worlds():
     world = EnvConfig(noise="nominal", lidar={"x": 0.05, "scan_rate": 5.0})
     lidar = card_of().fit(world).lidar
@@ -93,9 +103,28 @@ def test_differences_are_said():
         "trained with the robot turtlebot3_waffle and drives jackal, its actions as shares of that robot's limits",
         "sees with its own 16 beams to 6 m instead of 360 to 3.5 m",
         "trained with other noise",
+        "trained with commands that are 0 s late, here it is 0.01 s",
         "trained with yaw_goal_tolerance 0.25, here it is 0.1",
     ]
     assert card_of().differences(WORLD.replace(control_hz=20.0)) == []
+
+
+def test_the_same_level_of_noise_is_another_delay_at_another_rate():
+    card = card_of(world=WORLD.replace(noise="nominal"))
+    world = card.fit(EnvConfig(noise="nominal"))
+    assert card.differences(world) == ["trained with commands that are 0.04 s late, here it is 0.01 s"]
+    assert card.differences(world.replace(control_hz=5.0)) == []
+
+
+def test_what_the_world_decides_is_said_where_it_differs():
+    world = WORLD.replace(plant="fortress", lidar={**WORLD.lidar.model_dump(), "no_reading": "zero", "scan_rate": 5.0})
+    said = [
+        "trained with plant ideal, here it is fortress",
+        "trained with lidar.no_reading range_max, here it is zero",
+        "trained with lidar.scan_rate None, here it is 5.0",
+    ]
+    assert card_of().differences(world) == said
+    assert card_of(encoding=EncodingSettings(features=("goal",))).differences(world) == said[:1]
 
 
 def test_a_policy_that_sees_the_path_has_it_planned_as_in_training():

@@ -143,3 +143,9 @@ def test_a_faster_robot_needs_faster_physics():
 def test_a_render_mode_that_is_not_there():
     with pytest.raises(ConfigError, match=r"unknown render mode 'rgb'; did you mean 'rgb_array'\?"):
         MapBenchEnv(render_mode="rgb")
+
+
+def test_an_option_replaces_the_whole_group_of_the_config(tmp_path):
+    (tmp_path / "mine.yaml").write_text("reward: {goal: 3.0}\nlidar: {beams: 64}\n")
+    built = EnvConfig.build(tmp_path / "mine.yaml", reward={"collision": 5.0})
+    assert (built.reward.goal, built.reward.collision, built.lidar.beams) == (10.0, 5.0, 64)

@@ -1,10 +1,12 @@
 from __future__ import annotations
 
 import contextlib
+import copy
 import io
 import itertools
 import json
 import math
+import pickle
 import subprocess
 import sys
 import warnings
@@ -48,6 +50,19 @@ def test_the_first_example_of_every_tutorial():
     assert reward == pytest.approx(sum(info["reward_terms"].values()))
     assert (terminated, truncated, info["outcome"]) == (False, False, "running")
     assert info["time"] == pytest.approx(0.05)
+
+
+@pytest.mark.parametrize("copied", [copy.copy, copy.deepcopy, pickle.dumps])
+@pytest.mark.parametrize("steps", [0, 1, 60])
+def test_copies_are_refused_before_and_after_box2d_was_needed(copied, steps):
+    env = MapBenchEnv(**ROOM_OPTIONS, collision_ends_episode=False)
+    if steps:
+        env.reset(options={"start": (2.0, 1.5, 0.0)})
+    for _ in range(steps):
+        env.step((0.5, 0.0))
+    with pytest.raises(TypeError, match="cannot be copied or pickled: make another one") as caught:
+        copied(env)
+    assert "\n" not in str(caught.value)
 
 
 @settings(max_examples=15)

@@ -123,6 +123,14 @@ def test_an_env_draws_itself():
         env.step((0.5, 0.0))
     assert (env.render() != first).any()
     assert env.metadata["render_fps"] == 20
+    assert MapBenchEnv.metadata["render_fps"] == 20
+
+
+@pytest.mark.parametrize(("control_hz", "fps"), [(5.0, 5), (12.5, 12), (0.4, 1)])
+def test_films_run_in_real_time(control_hz, fps):
+    options = {**ROOM_OPTIONS, "control_hz": control_hz}
+    assert gymnasium.make("MapBench-v0", **options).metadata["render_fps"] == fps
+    assert gymnasium.make_vec("MapBench-v0", num_envs=2, **options).metadata["render_fps"] == fps
 
 
 def test_rendering_changes_nothing():

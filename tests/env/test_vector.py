@@ -1,5 +1,8 @@
 from __future__ import annotations
 
+import copy
+import pickle
+
 import gymnasium
 import numpy as np
 import pytest
@@ -10,8 +13,9 @@ import gym_mapbench  # noqa: F401, registers the env
 from gym_mapbench.env.groups import OBSERVATION_KEYS
 from gym_mapbench.env.single import MapBenchEnv
 from gym_mapbench.env.vector import MapBenchVectorEnv
-from gym_mapbench.errors import ConfigError
-from gym_mapbench.world.scenario import MapSet, Scenario
+from gym_mapbench.errors import ConfigError, NoPathError
+from gym_mapbench.world.gridmap import GridMap
+from gym_mapbench.world.scenario import MapSet, Pose, Scenario
 from tests.env.test_env import SCENARIO
 from tests.worlds import ROOM, ROOM_OPTIONS
 
@@ -167,6 +171,37 @@ def test_worlds_without_an_episode_are_not_stepped():
         envs.step(actions)
 
 
+BLOCKED = GridMap.from_rows([*ROOM[:15], "#" * len(ROOM[0]), *ROOM[16:]], 0.1)
+NO_WAY = Scenario(BLOCKED, Pose(0.8, 0.5, 0.0), Pose(0.8, 2.5, 0.0), "no way")
+NO_ROOM = Scenario(SCENARIO.map, Pose(0.15, 0.15, 0.0), SCENARIO.goal, "no room")
+
+
+@pytest.mark.parametrize("mode", list(AutoresetMode))
+@pytest.mark.parametrize(("bad", "error"), [(NO_WAY, NoPathError), (NO_ROOM, ConfigError)])
+def test_no_world_is_stepped_after_a_reset_that_failed(bad, error, mode):
+    envs = MapBenchVectorEnv(2, autoreset_mode=mode, observation=("path", "goal", "pose"), scenarios=[SCENARIO])
+    envs.reset(seed=0)
+    actions = np.full((2, 2), 0.3)
+    envs.step(actions)
+    with pytest.raises(error):
+        envs.reset(options={"scenarios": [SCENARIO, bad]})
+    with pytest.raises(ResetNeeded, match="call reset first"):
+        envs.step(actions)
+    envs.reset(seed=0, options={"reset_mask": np.array([False, True])})
+    *_, infos = envs.step(actions)
+    assert infos["time"] == pytest.approx([0.05, 0.05])
+
+
+def test_a_single_env_is_not_stepped_after_a_reset_that_failed():
+    env = MapBenchEnv(observation=("path", "pose"), scenarios=[SCENARIO])
+    for options in ({"options": {"scenario": NO_WAY}}, {"options": {"scenario": NO_ROOM}}, {"seed": -1}):
+        env.reset(seed=0)
+        with pytest.raises((NoPathError, ConfigError, gymnasium.error.Error)):
+            env.reset(**options)
+        with pytest.raises(ResetNeeded, match="call reset first"):
+            env.step((0.3, 0.0))
+
+
 @pytest.mark.parametrize(
     "actions", [np.zeros((3, 2)), np.zeros(2), "go", None, [[0.0, np.nan], [0.0, 0.0]], [[0.0], [0.0, 1.0]]]
 )
@@ -176,6 +211,14 @@ def test_bad_actions_are_one_clear_line(actions):
     with pytest.raises(ConfigError, match="actions: expected") as caught:
         envs.step(actions)
     assert "\n" not in str(caught.value)
+
+
+@pytest.mark.parametrize("copied", [copy.copy, copy.deepcopy, pickle.dumps])
+def test_copies_are_refused_as_worlds_share_their_arrays(copied):
+    envs = gymnasium.make_vec("MapBench-v0", num_envs=2, **ROOM_OPTIONS)
+    for one in (envs, envs.envs[0]):
+        with pytest.raises(TypeError, match="cannot be copied or pickled"):
+            copied(one)
 
 
 def test_worlds_are_rendered():

@@ -7,7 +7,8 @@ from dataclasses import dataclass, replace
 
 from evolution.driving.jobs import Job, RunResult
 from evolution.driving.pool.worker_loop import NotStartedError, belong_to_parent
-from gym_mapbench.errors import visible
+from gym_mapbench.errors import MapBenchError, visible
+from gym_mapbench.registry import describe
 
 RunJob = Callable[[Job], RunResult]
 WarmUp = Callable[[], object]
@@ -47,13 +48,18 @@ def prepare_worker(warm_up: WarmUp | None) -> None:
 
 
 def attempt(run_job: RunJob, job: Job) -> RunResult:
-    """Run a job in a worker and return its result; an exception of the controller becomes an ``error`` result."""
+    """Run a job in a worker and return its result; an exception of the controller becomes an ``error`` result.
+
+    An exception that is none of this project's own is reported with its file and line number.
+    """
     if _warm_up_failure:
         raise NotStartedError(_warm_up_failure[0])
     try:
         result = run_job(job)
-    except (Exception, SystemExit) as error:
+    except MapBenchError as error:
         return error_result(one_line(error))
+    except (Exception, SystemExit) as error:
+        return error_result(_placed(error))
     if not isinstance(result, RunResult):
         return error_result(f"expected a RunResult, got {type(result).__name__}")
     return result if result.reason.isprintable() else replace(result, reason=visible(result.reason))
@@ -67,3 +73,9 @@ def error_result(reason: str) -> RunResult:
 def one_line(error: BaseException) -> str:
     """Return the type and text of an error as one short line."""
     return visible(" ".join(f"{type(error).__name__}: {error}".split()))[:MAX_REASON]
+
+
+def _placed(error: BaseException) -> str:
+    """Return the type, text and place of an error as one short line; a long text loses its middle, not the place."""
+    text = visible(describe(error))
+    return text if len(text) <= MAX_REASON else f"{text[: MAX_REASON - 105]} ... {text[-100:]}"

@@ -3,14 +3,22 @@
 from __future__ import annotations
 
 import json
+import shutil
+from pathlib import Path
 
+import gymnasium
 import pytest
 
+import gym_mapbench  # noqa: F401, registers the env
+from evolution import train
 from evolution.cli import main
+from gym_mapbench.errors import ConfigError
 from tests.evolution.commands.test_cli import OFFICE, refused
 from tests.evolution.training.test_learning import small
 
 pytest.importorskip("stable_baselines3")
+
+EARLIER_RUN = Path(__file__).parents[1] / "earlier_run"
 
 
 @pytest.fixture(scope="module")
@@ -33,6 +41,14 @@ def test_it_says_how_well_the_model_drives_and_where_it_is(tmp_path, capsys):
     assert "best_model.zip" in output
 
 
+def test_that_no_map_is_held_out_is_said(tmp_path, capsys, caplog):
+    (tmp_path / "small.yaml").write_text(json.dumps(small(steps=80)))
+    argv = ["train", "--config", str(tmp_path / "small.yaml"), "--maps", OFFICE, "--out", str(tmp_path / "run")]
+    assert main(argv) == 0
+    assert "maps: fewer than 5, so none is held out: success is that on the training maps" in caplog.text
+    assert "Success on held-out maps, ppo (maps: not held out)" in capsys.readouterr().out
+
+
 def test_the_model_drives_beside_others_and_what_differs_is_said(trained, capsys):
     argv = ["bench", OFFICE, "--controllers", f"learned={trained / 'best_model.zip'}", "--time-limit", "1"]
     assert main([*argv, "--noise", "nominal", "--workers", "1", "--format", "json"]) == 0
@@ -40,6 +56,16 @@ def test_the_model_drives_beside_others_and_what_differs_is_said(trained, capsys
     assert json.loads(output.out)
     assert "learned: sees with its own 8 beams to 3.5 m instead of 360 to 3.5 m" in output.err
     assert "learned: trained with other noise" in output.err
+
+
+def test_what_is_assumed_of_a_model_without_a_card_is_said(tmp_path, capsys):
+    from stable_baselines3 import PPO
+
+    env = gymnasium.make("MapBench-v0", observation=["goal", "people"], people={"nearest": 2})
+    PPO("MultiInputPolicy", env, n_steps=8, batch_size=8, device="cpu").save(tmp_path / "bare.zip")
+    argv = ["bench", OFFICE, "--controllers", f"bare={tmp_path / 'bare.zip'}", "--time-limit", "1", "--workers", "1"]
+    assert main(argv) == 0
+    assert "bare: has no card, so it decides at the world's control_hz and sees with" in capsys.readouterr().err
 
 
 def test_a_finished_training_is_continued_to_itself(trained, capsys):
@@ -65,6 +91,22 @@ def test_one_line_for_every_mistake(argv, expected, capsys, tmp_path, monkeypatc
     monkeypatch.chdir(tmp_path)
     assert expected in refused(capsys, *argv)
     assert not list(tmp_path.iterdir())
+
+
+def test_a_curriculum_without_a_solved_map_is_refused(capsys, tmp_path):
+    shutil.copytree(EARLIER_RUN, tmp_path / "unsolved")
+    runs = (tmp_path / "unsolved" / "runs.csv").read_text()
+    (tmp_path / "unsolved" / "runs.csv").write_text(runs.replace(",goal,", ",timeout,"))
+    message = refused(capsys, "train", "--curriculum", tmp_path / "unsolved", "--out", tmp_path / "run")
+    assert "unsolved: expected a run with a map on which a controller reached the goal, got none" in message
+    assert not (tmp_path / "run").exists()
+
+
+@pytest.mark.parametrize("given", ["maps", "curriculum"])
+def test_no_map_at_all_is_refused(given, tmp_path):
+    with pytest.raises(ConfigError, match="expected at least one map, got none"):
+        train("ppo", config=small(), out=tmp_path / "run", **{given: []})
+    assert not (tmp_path / "run").exists()
 
 
 def test_the_directory_of_something_else(trained, capsys):

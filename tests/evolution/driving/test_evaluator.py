@@ -1,19 +1,25 @@
 from __future__ import annotations
 
+import importlib
 import os
 import signal
 import time
+from pathlib import Path
 
 import numpy as np
 import pytest
 
+from evolution import bench
 from evolution.driving.evaluator import Evaluator
 from evolution.driving.jobs import ControllerSpec, JobPlan, RunResult
+from evolution.driving.pool import attempt
 from evolution.driving.store import ResultStore
 from evolution.search.operators.sampling import sample_map_set
 from gym_mapbench.errors import ConfigError, RunError
 from tests.evolution import fake_runs
 from tests.evolution.fake_runs import CONTROLLERS, SMALL, WORLD
+
+OFFICE = Path(__file__).resolve().parents[3] / "examples" / "office.yaml"
 
 
 def map_sets(count, seed=0):
@@ -75,13 +81,54 @@ def test_a_faulty_controller_costs_its_own_runs_only(tmp_path):
     errors = {name: result for name, result in results.items() if name not in ("good", "fails_once")}
     assert {result.outcome for result in errors.values()} == {"error"}
     assert {result.attempts for result in errors.values()} == {2}
-    assert errors["raises"].reason == "ValueError: the costmap is upside down"
+    assert errors["raises"].reason.startswith("ValueError: the costmap is upside down, fake_runs.py line ")
     assert errors["hangs"].reason == "no answer within 1 s (--run-timeout)"
-    assert errors["exits"].reason == "SystemExit: 3"
+    assert errors["exits"].reason.startswith("SystemExit: 3, fake_runs.py line ")
     assert "the worker died" in errors["kills"].reason
     assert "expected a RunResult, got NoneType" in errors["wrong_type"].reason
     assert results["fails_once"].attempts == 2
     assert results["fails_once"].time_s == fake_runs.drive(jobs_of(plan)[-1]).time_s
+
+
+FAILING = """
+import numpy as np
+
+from controllers.base import Twist
+
+
+class Controller:
+    name = "failing"
+    observation_keys = ("goal",)
+
+    def reset(self, context):
+        pass
+
+    def act(self, observation):
+        return Twist(*np.linalg.solve(np.zeros((2, 2)), np.ones(2)))
+
+
+def plan(job):
+    raise RuntimeError("lost" + "." * 500)
+"""
+
+
+def test_an_error_in_the_code_of_a_user_names_its_file_and_line(tmp_path, monkeypatch):
+    (tmp_path / "failing.py").write_text(FAILING)
+    monkeypatch.syspath_prepend(tmp_path)
+    own = bench(OFFICE, ["failing:Controller"], time_limit=1.0, workers=1).rows[0]
+    assert own["outcome"] == "error"
+    assert own["reason"] == "LinAlgError: Singular matrix, failing.py line 15"
+    job = jobs_of(plan_of("any"))[0]
+    failing = importlib.import_module("failing")
+    reason = attempt(failing.plan, job).reason
+    assert reason.startswith("RuntimeError: lost...")
+    assert reason.endswith(", failing.py line 19")
+    assert len(reason) <= 300
+    assert attempt(_refuse, job).reason == "ConfigError: no room"
+
+
+def _refuse(job):
+    raise ConfigError("no room")
 
 
 def test_warm_up_runs_in_every_worker_and_its_failure_is_said():

@@ -13,7 +13,8 @@ from controllers.learned.model_card import read_card
 from evolution import bench, load, train
 from evolution.training import TRAINING, Training, train_settings
 from evolution.training.evaluation import judge
-from evolution.training.learning import held_out_groups, make_levels, split
+from evolution.training.learning import held_out_groups, make_levels
+from evolution.training.levels import split
 from evolution.training.worlds import EncodedWorlds
 from gym_mapbench.env.config import EnvConfig
 from gym_mapbench.env.scenario_source import draw_scenario
@@ -288,6 +289,15 @@ def unfinished(path):
     (path / "state.json").write_text(state)
 
 
+@pytest.mark.parametrize("algorithm", OF)
+def test_a_training_that_diverges_ends_in_one_line(algorithm, tmp_path):
+    with pytest.raises(
+        RunError, match=r"run: the training has diverged at step \d+: expected finite weights"
+    ) as caught:
+        train(algorithm, config=small(algorithm, learning_rate=[1e30, 1e30]), out=tmp_path / "run")
+    assert "\n" not in str(caught.value)
+
+
 class TestRefused:
     def test_a_directory_that_holds_something(self, tmp_path):
         (tmp_path / "other.txt").write_text("mine")
@@ -320,9 +330,19 @@ class TestRefused:
             train("ppo", config=small(hyperparameters=hyperparameters), out=tmp_path / "run")
         assert not (tmp_path / "run").exists()
 
-    def test_a_hyperparameter_of_the_wrong_kind(self, tmp_path):
-        with pytest.raises(ConfigError, match="hyperparameters of ppo: cannot be used"):
-            train("ppo", config=small(hyperparameters={"n_steps": "many"}), out=tmp_path / "run")
+    @pytest.mark.parametrize(
+        ("algorithm", "hyperparameters", "message"),
+        [
+            ("ppo", {"gamma": "abc"}, r"hyperparameters.gamma: expected a number, got 'abc'"),
+            ("ppo", {"n_epochs": 2.5}, r"hyperparameters.n_epochs: expected a whole number, got 2.5"),
+            ("ppo", {"clip_range": True}, r"hyperparameters.clip_range: expected a number, got True"),
+            ("ppo", {"normalize_advantage": 1}, r"hyperparameters.normalize_advantage: expected true or false, got 1"),
+            ("sac", {"train_freq": [1, "week"]}, "hyperparameters of sac: cannot be used"),
+        ],
+    )
+    def test_a_hyperparameter_of_the_wrong_kind(self, algorithm, hyperparameters, message, tmp_path):
+        with pytest.raises(ConfigError, match=message):
+            train(algorithm, config=small(algorithm, hyperparameters=hyperparameters), out=tmp_path / "run")
         assert not (tmp_path / "run").exists()
 
     def test_without_stable_baselines3(self, tmp_path, monkeypatch):

@@ -33,6 +33,7 @@ def test_a_config_is_laid_over_the_algorithm_and_options_over_both(tmp_path):
         ({"step": 5}, r"unknown key 'step'; did you mean 'steps'\?"),
         ({"world": {"beams": 3}}, "world: unknown key 'beams'"),
         ({"obstacles": []}, "expected stages that begin at 0"),
+        ({"evaluation": {"obstacles": []}}, "evaluation.obstacles: expected at least one number"),
         ({"obstacles": [{"after": 0.2, "fewest": 1, "most": 2}]}, "expected stages that begin at 0"),
         ({"obstacles": [{"after": 0.0, "fewest": 3, "most": 2}]}, "expected at most as many fewest as most"),
         ({"encoding": {"features": ["goal"]}, "shaping": {"proximity": 1.0}}, "expected a feature of the scan"),
