@@ -103,20 +103,18 @@ def _layer_kind(section: Section, name: str) -> tuple[str | None, bool]:
 def _take_sources(section: Section, group: Section, shared: object) -> dict[str, Section]:
     """Take out the observation sources of a layer, or else, as in Dashing, those of the whole costmap.
 
-    Raises:
-        ConfigError: If a source has no block, unless the layer is off; Nav2 then listens to a topic of the source's
-            name, and drops every point above height 0.
+    A source without a block sees nothing: Nav2 listens to a topic of its name, and drops every point above height 0.
     """
     lister = group if "observation_sources" in group.values else section
     own = group.values.pop("observation_sources", shared)
     names = [str(name) for name in own] if isinstance(own, (list, tuple)) else str(own or "").split()
     holder = group if any(name in group.values for name in names) else section
-    for name in names if group.values.get("enabled", True) is not False else ():
-        if name not in holder.values:
-            blocks = ", ".join(key for key, value in group.values.items() if isinstance(value, Mapping)) or "none"
-            why = f"expected sources with a block in {group.name} (it has {blocks}), got {name!r}"
-            raise ConfigError(f"{lister.name}.observation_sources: {why}")
-    sources = {name: holder.take_group(name, "scan") for name in names}
+    blind = [name for name in names if name not in holder.values]
+    if blind:
+        blocks = ", ".join(key for key, value in group.values.items() if isinstance(value, Mapping)) or "none"
+        why = f"{', '.join(blind)} has no block in {group.name} (it has {blocks}), so Nav2 sees nothing by it"
+        group.findings.add("left_out", f"{lister.name}.observation_sources", why)
+    sources = {name: holder.take_group(name, "scan") for name in names if name not in blind}
     group.leave_groups()
     return sources
 

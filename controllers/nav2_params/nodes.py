@@ -81,8 +81,7 @@ def find_sections(nodes: list[Node], findings: Findings) -> dict[str, Section]:
     """Open the sections that are read; all other nodes become findings.
 
     Raises:
-        ConfigError: If the file has none of these sections, or one has no parameters, or its name is misspelt, or a
-            costmap is not in a namespace of its own name.
+        ConfigError: If the file has none of these sections, or one has no parameters, or its name is misspelt.
     """
     chosen = {name: _choose(name, nodes) for name in SECTIONS}
     sections = {}
@@ -107,9 +106,8 @@ def _open(node: Node, findings: Findings) -> Section:
     if node.group is None:
         raise ConfigError(f"{node.full}: expected a group {PARAMETERS!r} in it, as in ROS")
     if not node.is_in_place:
-        raise ConfigError(
-            f"{node.full}: expected {PARAMETERS!r} under {node.full}.{node.name}, the namespace and the name of the "
-            "costmap's node, got it one level higher, where ROS ignores it"
+        findings.add(
+            "misplaced", node.full, f"expected under {node.full}.{node.name}, the costmap's namespace and name"
         )
     if node.name in OLD_NODES:
         findings.add("renamed", node.full, node.section)

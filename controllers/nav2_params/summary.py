@@ -21,6 +21,7 @@ MOST = 6
 TOLD: tuple[tuple[Kind, str], ...] = (
     ("mistyped", "Nav2 does not start with"),
     ("missing", "Nav2's default tree does not load without"),
+    ("misplaced", "ROS gives to no node (read here all the same)"),
     ("template", "left to the robot"),
     ("replaced", "replaced"),
     ("left_out", "left out"),

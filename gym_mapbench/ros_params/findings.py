@@ -20,6 +20,7 @@ Kind = Literal[
     "repeated",
     "mistyped",
     "missing",
+    "misplaced",
     "detail",
 ]
 KINDS: dict[Kind, str] = {
@@ -34,6 +35,7 @@ KINDS: dict[Kind, str] = {
     "repeated": "are given twice, so that the last value counts",
     "mistyped": "have another type than in Nav2, which does not start with them",
     "missing": "Nav2's default tree needs, and the file does not have",
+    "misplaced": "ROS gives to no node, and are read here all the same",
     "detail": "belong to what is replaced",
 }
 """How a report goes on about the keys of each kind after ``keys that``."""
