@@ -280,6 +280,3 @@ class DwbParams(SettingsWithCritics):
         """Return the parameters of one critic."""
         params: CriticParams = getattr(self, name)
         return params
-
-
-CRITIC_NAMES = DwbParams.critic_names()

@@ -228,6 +228,3 @@ class MppiParams(SettingsWithCritics, ExtendedSettings):
         """Return the parameters of one critic."""
         params: CriticParams = getattr(self, name)
         return params
-
-
-CRITIC_NAMES = MppiParams.critic_names()

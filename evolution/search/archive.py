@@ -154,9 +154,9 @@ class Archive:
         """Return whether every controller always reached the goal on a map."""
         return is_solved(self._runs[digest])
 
-    def solved(self, without: Collection[str] = ()) -> dict[str, MapResults]:
-        """Return the maps on which every controller always reached the goal, except for some."""
-        digests = [digest for digest, of_map in self._runs.items() if digest not in without and is_solved(of_map)]
+    def solved(self) -> dict[str, MapResults]:
+        """Return the maps on which every controller always reached the goal."""
+        digests = [digest for digest, of_map in self._runs.items() if is_solved(of_map)]
         return {digest: self.results(digest) for digest in digests}
 
     def judged(self, digest: str, fitness: Fitness) -> JudgedMap:
@@ -171,13 +171,13 @@ class Archive:
         """Return the set of some maps, named by digest."""
         return MapSet(tuple(self.scenarios[name] for name in names))
 
-    def best(self, fitness: Fitness, size: int, without: Collection[str] = ()) -> Names:
+    def best(self, fitness: Fitness, size: int) -> Names:
         """Return the best set of solved maps; empty if there are fewer than ``size``.
 
         It is the exact best set if the fitness allows that and a set has up to three maps; else no single exchange
         improves it.
         """
-        maps = self.solved(without)
+        maps = self.solved()
         if len(maps) < size:
             return ()
         judged = {name: self.judged(name, fitness) for name in maps}

@@ -8,7 +8,7 @@ the configuration space, i.e. where the robot's centre can be. Lengths are in m,
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Iterable
+from collections.abc import Callable
 from functools import lru_cache
 from typing import Final
 
@@ -44,7 +44,7 @@ MEASURES: Final = (
     "characteristic_dimension",
     "tortuosity",
 )
-"""Names of all measures, in the order of :func:`measure_array`."""
+"""Names of all measures, in the order of :func:`measure_map`."""
 
 
 def measure_map(scenario: Scenario, robot: RobotSpec) -> dict[str, float]:
@@ -71,12 +71,6 @@ def measure_map(scenario: Scenario, robot: RobotSpec) -> dict[str, float]:
     if measures["solvable"]:
         measures |= _path_measures(blocked, path, grid.resolution)
     return measures
-
-
-def measure_array(scenarios: Iterable[Scenario], robot: RobotSpec) -> NDArray[np.float64]:
-    """Return ``(scenarios, len(MEASURES))``, one row per scenario, in the order of :data:`MEASURES`."""
-    rows = [list(measure_map(scenario, robot).values()) for scenario in scenarios]
-    return np.array(rows, dtype=np.float64).reshape(-1, len(MEASURES))
 
 
 def occupied_share(grid: GridMap) -> float:

@@ -12,7 +12,7 @@ from hypothesis import strategies as st
 from controllers.base import ControllerError, FollowerSetup, InvalidPath, Twist
 from controllers.dwb.controller import DwbFollower
 from controllers.dwb.kernels.plan import distance_fields, gap_parts
-from controllers.dwb.params import CRITIC_NAMES, ROS_ONLY_KEYS, DwbParams
+from controllers.dwb.params import ROS_ONLY_KEYS, DwbParams
 from gym_mapbench.costmap import Costmap
 from gym_mapbench.errors import ConfigError
 from gym_mapbench.ros_params import nest_dotted
@@ -464,10 +464,10 @@ def test_dotted_and_nested_parameters_are_one():
 
 
 def test_code_defaults():
-    params = DwbParams(critics=CRITIC_NAMES)
+    params = DwbParams(critics=DwbParams.critic_names())
     assert (params.sim_time, params.linear_granularity, params.vx_samples, params.max_vel_x) == (1.7, 0.5, 20, 0.0)
     assert params.PathAlign.forward_point_distance == 0.325
-    assert all(params.critic(name).scale == 1.0 for name in CRITIC_NAMES)
+    assert all(params.critic(name).scale == 1.0 for name in DwbParams.critic_names())
 
 
 # The slow plain twin
@@ -517,7 +517,7 @@ def parameters(draw, plan_window):
     )
     align = st.builds(lambda d, f: {**d, "forward_point_distance": f}, grid, st.sampled_from([0.0, 0.1, 0.325]))
     obstacle = st.fixed_dictionaries({"scale": st.sampled_from([0.02, 1.0]), "sum_scores": st.booleans()})
-    critics = draw(st.lists(st.sampled_from(CRITIC_NAMES), min_size=1, max_size=7, unique=True))
+    critics = draw(st.lists(st.sampled_from(DwbParams.critic_names()), min_size=1, max_size=7, unique=True))
     return DwbParams(
         **{
             **EXAMPLE,

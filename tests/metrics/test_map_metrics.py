@@ -8,14 +8,12 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from hypothesis.extra.numpy import arrays
 
-from gym_mapbench.generator import ShapeSettings, default_task, sample_map
 from gym_mapbench.kernels.pathmeasures import characteristic_dimension, dispersion, visibility
 from gym_mapbench.metrics.map_metrics import (
     MEASURES,
     configuration_space,
     find_path,
     footprint_cells,
-    measure_array,
     measure_map,
     narrowest_passage,
 )
@@ -186,15 +184,6 @@ def test_every_map_is_measured(cells, data):
     if measures["solvable"]:
         assert measures["tortuosity"] >= 1.0 - 1e-12
         assert measures["narrowest_passage"] > 0.0
-
-
-def test_a_row_a_scenario_for_the_search():
-    grids = [GridMap(sample_map(np.random.default_rng(seed), ShapeSettings())) for seed in range(3)]
-    scenarios = [Scenario(grid, *default_task(grid)) for grid in grids]
-    array = measure_array(scenarios, make_robot("turtlebot3_burger"))
-    assert array.shape == (3, len(MEASURES))
-    assert array[1] == pytest.approx(list(measure_map(scenarios[1], make_robot("turtlebot3_burger")).values()))
-    assert measure_array([], POINT).shape == (0, len(MEASURES))
 
 
 @needs_data
