@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import csv
 from collections.abc import Callable, Sequence
+from functools import partial
 from pathlib import Path
 from statistics import fmean
 from typing import Any
@@ -11,7 +12,7 @@ from typing import Any
 import numpy as np
 
 from evolution.files import Row
-from evolution.statistics import bootstrap_interval, wilson_interval
+from evolution.statistics import bootstrap_interval, median_interval, wilson_interval
 
 MISSING = "–"
 OfMaps = Sequence[tuple[str, float]]
@@ -35,14 +36,15 @@ def share(count: int, of: int) -> str:
 
 
 def over_maps(values: OfMaps, statistic: Callable[..., Any], digits: int) -> str:
-    """Return a statistic of the means of maps with its 95 % bootstrap interval."""
+    """Return the median or the mean of the means of maps with its 95 % bootstrap interval."""
     if not values:
         return MISSING
     by_map: dict[str, list[float]] = {}
     for name, value in values:
         by_map.setdefault(name, []).append(value)
     means = np.array([fmean(some) for some in by_map.values()])
-    low, high = bootstrap_interval(means, np.random.default_rng(0), statistic)
+    interval = median_interval if statistic is np.median else partial(bootstrap_interval, rng=np.random.default_rng(0))
+    low, high = interval(means)
     return f"{float(statistic(means)):.{digits}f} ({low:.{digits}f} to {high:.{digits}f})"
 
 

@@ -26,7 +26,7 @@ from evolution.pictures import (
 from evolution.runs import load_run, results_in
 from evolution.search import gini
 from evolution.search.judging import MapResults, singles_of
-from evolution.statistics import bootstrap_interval
+from evolution.statistics import median_interval
 from gym_mapbench.costmap import build_static_costmap, inflation_costs
 from gym_mapbench.env.config import EnvConfig
 from gym_mapbench.env.render import SeenCostmap, Snapshot, draw
@@ -258,7 +258,7 @@ def budgets() -> Any:
             }
             places = [runs * (1.0 + side) for runs in found]
             middles = [float(np.median(values)) for values in found.values()]
-            ends = [bootstrap_interval(values, np.random.default_rng(0), np.median) for values in found.values()]
+            ends = [median_interval(values) for values in found.values()]
             away = np.abs(np.transpose(ends) - middles)
             axes.errorbar(places, middles, away, fmt="D-", color=colour, capsize=3, label=method)
             for place, values in zip(places, found.values(), strict=True):

@@ -27,18 +27,29 @@ def verdict_of_pairs(comparison: ParameterComparison) -> list[str]:
 
 
 def _of_sweep(comparison: ParameterComparison) -> list[str]:
-    """Return the sides with the most goals and the shortest mean time, and each side that is shown to differ."""
+    """Return the sides with the most goals and the shortest times, and each side that is shown to differ.
+
+    Times are compared with the first side where both reach the goal: a mean over all goals would be the shorter, the
+    more slow maps a side fails.
+    """
     rows = comparison.table()
     often = max(rows, key=lambda row: row["success"])
-    timed = [row for row in rows if row["mean s"] is not None]
+    timed = [pair for pair in comparison.pairs if pair["time_ratio"] is not None]
     found = [f"{often['configuration']} reaches the goal most often, in {often['goals']} of {often['runs']} runs."]
     if timed:
-        fast = min(timed, key=lambda row: row["mean s"])
-        found.append(f"{fast['configuration']} has the shortest mean time of runs at the goal, {fast['mean s']:.1f} s.")
+        fast = min(timed, key=lambda pair: pair["time_ratio"])
+        found.append(_fastest(fast["first"], fast["second"], fast["time_ratio"]))
     shown = [pair for pair in comparison.pairs if _differ(pair)]
     if not shown:
         found.append(f"No other values are shown to differ from {rows[0]['configuration']}.")
     return [*found, *(_headline(pair["first"], pair["second"], pair) for pair in shown)]
+
+
+def _fastest(own: str, other: str, ratio: float) -> str:
+    """Say which of the values of a sweep has the shortest times, given the one with the least ratio to the own."""
+    if ratio >= 1.0:
+        return f"Where both reach the goal, no value takes less time than {own}."
+    return f"Where both reach the goal, {other} takes {ratio:.3f} times as long as {own}, the least of all values."
 
 
 def _differ(pair: Row) -> bool:
@@ -121,7 +132,7 @@ def _cell(row: Row, sides: Sequence[str]) -> str:
     def time(side: str) -> str:
         return "" if row[f"{side} s"] is None else f" in {row[f'{side} s']:.1f} s"
 
-    return ", ".join(f"{side} {row[f'{side} goals']}{time(side)}" for side in sides[:MOST_MAPS])
+    return ", ".join(f"{side} {row[f'{side} goals']}{time(side)}" for side in sides)
 
 
 def _keys(rows: Sequence[Row]) -> list[str]:

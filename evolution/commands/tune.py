@@ -122,7 +122,8 @@ def run(args: argparse.Namespace) -> int:
         )
     page = write_report(result.path, on_step=note)
     _print(result)
-    console.print(f"The tuned parameters are in {result.params}; look at {page}.")
+    what = "The tuned parameters are in" if result.summary.changes else "The unchanged file is"
+    console.print(f"{what} {result.params}; look at {page}.")
     return 0
 
 

@@ -198,5 +198,22 @@ def test_the_command_compares_and_fails_by_rule(tmp_path, capsys):
 def test_the_verdict_of_a_sweep_names_the_values_that_differ():
     often, fast, shown, _ = verdict_of_comparison(by_hand(swept=True))
     assert often == "b reaches the goal most often, in 8 of 8 runs."
-    assert fast == "b has the shortest mean time of runs at the goal, 5.0 s."
+    assert fast == "Where both reach the goal, b takes 0.500 times as long as a, the least of all values."
     assert shown == "b is better than a: b reaches the goal more often."
+
+
+def test_times_of_a_sweep_are_compared_where_both_reach_the_goal():
+    """``b`` has the shorter mean time of all goals, because it fails on the slow map that ``c`` solves."""
+    names = [f"m{number}" for number in range(6)]
+    b = [run("b", name, "timeout" if name == "m5" else "goal", 5.0) for name in names]
+    c = [run("c", name, "goal", 50.0 if name == "m5" else 4.0) for name in names]
+    _, fast, *_ = verdict_of_comparison(ParameterComparison((*b, *c), (), against_first=True))
+    assert fast == "Where both reach the goal, c takes 0.800 times as long as b, the least of all values."
+    _, fast, *_ = verdict_of_comparison(ParameterComparison((*c, *b), (), against_first=True))
+    assert fast == "Where both reach the goal, no value takes less time than c."
+
+
+def test_the_largest_differences_are_given_for_every_side():
+    rows = [run(label, "m0", "goal" if label != "d" else "timeout", 5.0) for label in "abcd"]
+    (line,) = [line for line in verdict_of_comparison(ParameterComparison(tuple(rows), ())) if "largest" in line]
+    assert line.endswith("m0 (a 1/1 in 5.0 s, b 1/1 in 5.0 s, c 1/1 in 5.0 s, d 0/1).")
