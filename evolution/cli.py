@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import argparse
 import gc
+import os
 import re
 import sys
 from collections.abc import Sequence
@@ -23,6 +24,8 @@ from evolution.one_thread import use_one_thread
 
 USAGE_ERROR = 2
 INTERRUPTED = 130
+PIPE_CLOSED = 141
+"""128 plus the number of SIGPIPE, as shells report it of other programs."""
 NEGATIVE = re.compile(r"-(\.?\d|inf|nan)")
 """Start of a value such as ``-2,-1,0``, which argparse would otherwise take for an option."""
 
@@ -95,6 +98,7 @@ def start() -> int:
     What the command imports stays until its end, so garbage collection passes over it, and workers share it.
     """
     use_one_thread()
+    _prepare_output()
     gc.disable()
     try:
         _import(sys.argv[1:2])
@@ -105,6 +109,14 @@ def start() -> int:
         gc.freeze()
         gc.enable()
     return main()
+
+
+def _prepare_output() -> None:
+    """Accept closed output, and show letters that it cannot encode as escape sequences."""
+    for name in ("stdout", "stderr"):
+        stream = getattr(sys, name) or open(os.devnull, "w", encoding="utf-8")  # noqa: SIM115 - until the process ends
+        stream.reconfigure(errors="backslashreplace")
+        setattr(sys, name, stream)
 
 
 def _import(names: Sequence[str]) -> None:
@@ -118,13 +130,13 @@ def _import(names: Sequence[str]) -> None:
 
 
 def main(argv: Sequence[str] | None = None) -> int:
-    """Run the command; returns its exit code (0 done, 2 wrong input, 130 interrupted)."""
+    """Run the command; returns its exit code (0 done, 2 wrong input, 130 interrupted, 141 nobody reads its output)."""
     try:
         return _run(sys.argv[1:] if argv is None else argv)
     except BrokenPipeError:
         # The reader of our output has gone (for example `| head`), so nothing more can be said.
         sys.stderr.close()
-        return 0
+        return PIPE_CLOSED
 
 
 def _run(given: Sequence[str]) -> int:

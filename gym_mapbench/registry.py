@@ -20,7 +20,7 @@ import sys
 import sysconfig
 import traceback
 from collections.abc import Callable, Iterable, Iterator, Mapping
-from contextlib import AbstractContextManager, contextmanager, nullcontext
+from contextlib import AbstractContextManager, chdir, contextmanager, nullcontext
 from importlib.metadata import EntryPoint, entry_points
 from pathlib import Path
 from typing import Any, Generic, TypeVar
@@ -180,7 +180,7 @@ class Registry(Generic[T]):
             yield
         except MapBenchError:
             raise
-        except Exception as error:
+        except (Exception, SystemExit) as error:
             raise PluginError(f"{self.what} {name!r}: {describe(error)}") from error
 
     def _points(self) -> dict[str, EntryPoint]:
@@ -213,7 +213,8 @@ def load_attribute(value: str) -> Any:
     if not {"", os.getcwd()} & set(sys.path):
         sys.path.append(os.getcwd())
     try:
-        found: Any = importlib.import_module(module_name)
+        with chdir(os.getcwd()):  # a module may change the directory, in which the caller's paths begin
+            found: Any = importlib.import_module(module_name)
     except (Exception, SystemExit) as error:
         raise ConfigError(describe(error)) from error
     for part in path.split("."):

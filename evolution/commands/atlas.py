@@ -94,6 +94,6 @@ def run(args: argparse.Namespace) -> int:
         console.print(line)
     page = Path(args.out) / REPORT
     note("re-running the maps of the cells for the replays")
-    write_atlas_report(result, page, args.given)
+    write_atlas_report(result, page, driving_options.repeatable(args.given))
     console.print(f"The maps are in {args.out}; look at {page}.")
     return 0

@@ -135,7 +135,7 @@ def run(args: argparse.Namespace) -> int:
         if not args.unknown_map:
             note(KNOWN_MAP)
     if page is not None:
-        write_benchmark_report(result, page, args.given, as_set)
+        write_benchmark_report(result, page, driving_options.repeatable(args.given), as_set)
         note(f"wrote {page}; open it in any browser")
     failed = broken(rules, runs_by_controller(result.rows, [one.name for one in controllers]))
     for line in failed:

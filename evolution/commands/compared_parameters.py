@@ -95,7 +95,7 @@ def run_comparison(args: argparse.Namespace) -> int:
         )
     _print(result, args.format)
     if page is not None:
-        write_comparison_report(result, page, args.given)
+        write_comparison_report(result, page, driving_options.repeatable(args.given))
         note(f"wrote {page}; open it in any browser")
     failed = broken(rules, {**result.sides, **result.by_label})
     for line in failed:

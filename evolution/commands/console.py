@@ -37,6 +37,10 @@ class PlainConsole(Console):
         width = None if (sys.stderr if stderr else sys.stdout).isatty() else PIPE_WIDTH
         super().__init__(stderr=stderr, markup=False, emoji=False, highlight=False, width=width)
 
+    def on_broken_pipe(self) -> None:
+        """Say that nobody reads the output any more; raises ``BrokenPipeError``."""
+        raise BrokenPipeError
+
     def print(self, *parts: Any, **options: Any) -> None:
         """Print texts, tables and whatever else rich can show."""
         if all(isinstance(part, str) for part in parts):

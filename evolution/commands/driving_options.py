@@ -153,6 +153,19 @@ def add_resource_options(parser: argparse.ArgumentParser) -> None:
     )
 
 
+def repeatable(given: Sequence[str]) -> list[str]:
+    """Return the arguments of a command without those that do not change its result, for its page."""
+    flags = {f"--{name.replace('_', '-')}" for name in RESOURCE_OPTIONS}
+    kept: list[str] = []
+    rest = iter(given)
+    for argument in rest:
+        if argument in flags:
+            next(rest, None)
+        elif argument not in ("--resume", "--quiet", "--verbose") and argument.partition("=")[0] not in flags:
+            kept.append(argument)
+    return kept
+
+
 def controllers_of(args: argparse.Namespace, run: LoadedRun | None = None) -> tuple[ControllerSpec, ...]:
     """Return the controllers: those named, else those of the parameter file, else those of a run, else the defaults.
 

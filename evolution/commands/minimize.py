@@ -85,6 +85,6 @@ def run(args: argparse.Namespace) -> int:
         console.print(line)
     print_table(result.table())
     page = Path(args.out) / "report.html"
-    write_minimized_report(result, plan, page, args.given)
+    write_minimized_report(result, plan, page, driving_options.repeatable(args.given))
     note(f"wrote {page}; open it in any browser")
     return 0

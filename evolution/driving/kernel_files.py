@@ -30,6 +30,7 @@ import controllers
 import gym_mapbench
 from evolution.files import write_bytes
 from gym_mapbench.errors import ConfigError, RunError
+from gym_mapbench.files.documents import parse_json
 
 LOG = logging.getLogger(__name__)
 STATEMENT = "kernels.json"
@@ -217,10 +218,7 @@ def _stated(path: Path) -> dict[str, str]:
     name, content = next(_members(path), ("", b""))
     if name != STATEMENT:
         raise ConfigError(f"{path}: expected an archive of 'mapbench kernels export', got another archive")
-    try:
-        stated = json.loads(content)
-    except ValueError as error:
-        raise ConfigError(f"{path}: {STATEMENT}: expected JSON ({error})") from error
+    stated = parse_json(content.decode(errors="replace"), f"{path}: {STATEMENT}", ConfigError)
     if not isinstance(stated, dict):
         raise ConfigError(f"{path}: {STATEMENT}: expected a mapping, got {type(stated).__name__}")
     return stated
@@ -233,7 +231,7 @@ def _members(path: Path) -> Iterator[tuple[str, bytes]]:
         with tarfile.open(path, "r:xz") as archive:
             for entry in archive:
                 left -= entry.size
-                content = archive.extractfile(entry)
+                content = archive.extractfile(entry) if entry.isreg() else None
                 if content is None or left < 0:
                     raise ConfigError(f"{path}: expected files of {MAX_BYTES} bytes at most, got {entry.name!r}")
                 yield entry.name, content.read()

@@ -9,7 +9,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
-from evolution.files.plain import WriteError, make_directory, read_json, write_json
+from evolution.files.plain import WriteError, make_directory, read_json, write_new_json
 from evolution.files.versions import refuse_version, versions
 from gym_mapbench.errors import ConfigError, RunError
 from gym_mapbench.trust import refuse_code
@@ -59,12 +59,15 @@ class DirectoryKind:
             ConfigError: If the directory is not empty; nothing is changed.
             RunError: If it cannot be made.
         """
+        held = f"{path}: already holds a {self.what}; continue it with --resume, or choose another directory"
         if self.holds(path):
-            what = f"already holds a {self.what}"
-            raise ConfigError(f"{path}: {what}; continue it with --resume, or choose another directory")
+            raise ConfigError(held)
         new_directory(path)
         config = {"format": self.format, "format_version": self.format_version, **versions(), **document}
-        write_json(path / self.mark, config)
+        try:
+            write_new_json(path / self.mark, config)
+        except FileExistsError:
+            raise ConfigError(held) from None
         LOG.info("%s: new directory of a %s", path, self.what)
         return config
 

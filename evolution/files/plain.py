@@ -18,7 +18,7 @@ from numpy.typing import NDArray
 from gym_mapbench.errors import RunError
 from gym_mapbench.files import bounded
 from gym_mapbench.files.documents import parse_json
-from gym_mapbench.files.replacing import replaced_at_once
+from gym_mapbench.files.replacing import create_at_once, replaced_at_once
 from gym_mapbench.world.gridmap import GridMap
 
 Row = dict[str, Any]
@@ -81,13 +81,28 @@ def _no_link(path: str, flags: int) -> int:
 
 
 def write_text(path: Path, text: str) -> None:
-    """Write a text file in one step."""
-    write_bytes(path, text.encode())
+    """Write a text file in one step; letters that are none, as of a file name that is not UTF-8, are escaped."""
+    write_bytes(path, text.encode(errors="backslashreplace"))
 
 
 def write_json(path: Path, document: Mapping[str, Any]) -> None:
     """Write a JSON file in one step."""
     write_text(path, json.dumps(document, indent=1) + "\n")
+
+
+def write_new_json(path: Path, document: Mapping[str, Any]) -> None:
+    """Write a JSON file in one step, unless it is there.
+
+    Raises:
+        FileExistsError: If it is, also if another process has just written it.
+        WriteError: If it cannot be written.
+    """
+    try:
+        create_at_once(path, f"{json.dumps(document, indent=1)}\n".encode())
+    except FileExistsError:
+        raise
+    except OSError as error:
+        raise WriteError(f"{path}: cannot be written ({error.strerror})") from None
 
 
 def read_json(path: Path) -> dict[str, Any]:

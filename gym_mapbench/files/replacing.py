@@ -2,12 +2,16 @@
 
 from __future__ import annotations
 
+import errno
 import os
 import secrets
 from collections.abc import Iterator
 from contextlib import contextmanager, suppress
 from pathlib import Path
 from typing import BinaryIO
+
+WITHOUT_LINKS = (errno.EPERM, errno.ENOTSUP, errno.EOPNOTSUPP)
+"""Errors of file systems that have no hard links."""
 
 
 @contextmanager
@@ -24,6 +28,27 @@ def replaced_at_once(path: Path) -> Iterator[BinaryIO]:
         with open(partial, "xb") as file:
             yield file
         os.replace(partial, path)
+    finally:
+        with suppress(OSError):
+            partial.unlink()
+
+
+def create_at_once(path: Path, content: bytes) -> None:
+    """Write a new file in one step, of several processes only one.
+
+    Raises:
+        FileExistsError: If it is there already.
+        OSError: If it cannot be written.
+    """
+    partial = path.with_name(f".{path.name}.{secrets.token_hex(4)}")
+    try:
+        partial.write_bytes(content)
+        os.link(partial, path)
+    except OSError as error:
+        if error.errno not in WITHOUT_LINKS:
+            raise
+        with open(path, "xb") as file:
+            file.write(content)
     finally:
         with suppress(OSError):
             partial.unlink()

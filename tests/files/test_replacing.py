@@ -2,11 +2,12 @@
 
 from __future__ import annotations
 
+import errno
 import threading
 
 import pytest
 
-from gym_mapbench.files.replacing import replaced_at_once
+from gym_mapbench.files.replacing import create_at_once, replaced_at_once
 
 
 def test_a_file_is_replaced_in_one_step(tmp_path):
@@ -62,3 +63,30 @@ def test_several_writers_do_not_disturb_each_other(tmp_path):
         thread.join()
     assert not errors
     assert seen <= {b"x", b"y", b"z"}
+
+
+@pytest.mark.parametrize("links", [True, False])
+def test_of_several_processes_one_creates_a_file(tmp_path, monkeypatch, links):
+    def refuse(*_):
+        raise OSError(errno.EPERM, "no hard links here")
+
+    if not links:
+        monkeypatch.setattr("os.link", refuse)
+    file, won, lost, gate = tmp_path / "a", [], [], threading.Barrier(4)
+
+    def create(letter):
+        gate.wait()
+        try:
+            create_at_once(file, letter * 1000)
+            won.append(letter)
+        except FileExistsError:
+            lost.append(letter)
+
+    threads = [threading.Thread(target=create, args=(letter,)) for letter in (b"w", b"x", b"y", b"z")]
+    for thread in threads:
+        thread.start()
+    for thread in threads:
+        thread.join()
+    assert (len(won), len(lost)) == (1, 3)
+    assert file.read_bytes() == won[0] * 1000
+    assert list(tmp_path.iterdir()) == [file]

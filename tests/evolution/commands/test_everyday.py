@@ -20,7 +20,7 @@ from evolution.cli import build_parser, main
 from evolution.commands import COMMANDS, console, doctor
 from evolution.commands.catalogue import KINDS
 from evolution.commands.console import be_quiet, note, say
-from evolution.commands.driving_options import drive_settings
+from evolution.commands.driving_options import drive_settings, repeatable
 from evolution.driving import DriveSettings, kernel_files
 from evolution.files import readable
 from gym_mapbench.world.noise import NOISES
@@ -238,3 +238,49 @@ def test_the_costmaps_of_a_run_without_the_map_stay_so():
     for given, asked, expected in [(False, [], False), (True, [], True), (False, ["--unknown-map"], True)]:
         args = parser.parse_args(["drive", "map.yaml", "--controller", "rpp", *asked])
         assert drive_settings(args, base.replace(unknown_map=given)).unknown_map == expected
+
+
+MAP = str(Path(__file__).resolve().parents[3] / "examples" / "office.yaml")
+
+
+@pytest.mark.parametrize("redirected", [">&-", "2>&-", ">&- 2>&-"])
+def test_closed_output_is_no_error(redirected):
+    command = f"exec {sys.executable} -m evolution maps info {MAP} {redirected}"
+    done = subprocess.run(["sh", "-c", command], capture_output=True, text=True, check=False)
+    assert (done.returncode, "Traceback" in done.stderr) == (0, False)
+
+
+def test_a_reader_that_goes_away_is_no_success():
+    """The exit code of ``--fail-if`` and of a search that was cut off must not say that all is well."""
+    command = f"{sys.executable} -m evolution maps info {MAP} | exec true; exit ${{PIPESTATUS[0]}}"
+    done = subprocess.run(["bash", "-c", command], capture_output=True, text=True, check=False)
+    assert (done.returncode, done.stderr) == (141, "")
+
+
+def test_names_that_the_output_cannot_encode_are_escaped(tmp_path):
+    for file in Path(MAP).parent.glob("office*.*"):
+        shutil.copy(
+            file, tmp_path / file.name.replace("office.yaml", "b\u00fcro.yaml").replace("office_p", "b\u00fcro_p")
+        )
+    command = [sys.executable, "-m", "evolution", "maps", "info", str(tmp_path / "b\u00fcro.yaml")]
+    environment = {**os.environ, "PYTHONIOENCODING": "ascii"}
+    done = subprocess.run(command, env=environment, capture_output=True, text=True, check=False)
+    assert (done.returncode, done.stderr) == (0, "")
+    assert "b\\xfcro" in done.stdout
+
+
+def test_a_page_names_the_arguments_that_change_the_result():
+    given = ["minimize", "m.yaml", "--workers", "2", "--keep", "order", "--wait=3", "--resume", "--seeds", "3"]
+    assert repeatable(given) == ["minimize", "m.yaml", "--keep", "order", "--seeds", "3"]
+
+
+def test_code_that_exits_or_changes_the_directory_is_told(tmp_path, monkeypatch, capsys):
+    (tmp_path / "odd.py").write_text(
+        "import os\nos.chdir('/')\ndef leave(**_): raise SystemExit(0)\ndef make(**_): raise ValueError('no')\n"
+    )
+    monkeypatch.chdir(tmp_path)
+    monkeypatch.syspath_prepend(tmp_path)
+    for name, message in (("leave", "SystemExit: 0, odd.py line 3"), ("make", "ValueError: no, odd.py line 4")):
+        assert main(["bench", MAP, "--controllers", f"rpp,x=odd:{name}", "--workers", "1"]) == 2
+        assert message in capsys.readouterr().err
+    assert Path.cwd() == tmp_path
