@@ -82,6 +82,13 @@ class GoalChecker(ExtendedSettings):
     coarse_xy_goal_tolerance: NonNegative = 0.25
     required_stagnation_cycles: Annotated[int, Field(ge=1)] = 15
 
+    @property
+    def tolerance(self) -> float:
+        """The tolerance of the position that controllers are told, m: the lesser of two, or the coarser."""
+        if self.plugin == "axis":
+            return min(self.along_path_tolerance, self.cross_track_tolerance)
+        return self.coarse_xy_goal_tolerance if self.plugin == "adaptive" else self.xy_goal_tolerance
+
     @model_validator(mode="before")
     @classmethod
     def _of_the_plugin(cls, values: Any) -> Any:

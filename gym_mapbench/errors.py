@@ -8,7 +8,8 @@
     |-- MapFormatError (ValueError)    a file that is not in the format that its name states
     |-- PlanningError              a global planner could not answer
     |   `-- NoPathError            start and goal are not connected
-    |       `-- EndpointError      start or goal is off the map or in an obstacle
+    |       |-- EndpointError      start or goal is off the map or in an obstacle
+    |       `-- UnsafeEndpointError  start or goal is too near an obstacle
     |-- RunError                   a run directory, a store or a worker
     `-- PluginError                code that a user added and that failed
 """
@@ -68,6 +69,10 @@ class NoPathError(PlanningError):
 
 class EndpointError(NoPathError):
     """Start or goal is off the map or in an obstacle; Nav2 Jazzy tries no recovery for this."""
+
+
+class UnsafeEndpointError(NoPathError):
+    """Start or goal is too near an obstacle or unknown, and Nav2's planner does not say which: recoveries are tried."""
 
 
 class RunError(MapBenchError):

@@ -315,7 +315,7 @@ class Navigator:
         return FollowerSetup(
             footprint=self.params.local_costmap.make_footprint(context.robot),
             control_period=1.0 / server.controller_frequency,
-            xy_goal_tolerance=server.goal_checker.xy_goal_tolerance,
+            xy_goal_tolerance=server.goal_checker.tolerance,
             yaw_goal_tolerance=server.goal_checker.yaw_goal_tolerance,
             inflation_radius=inflation.inflation_radius,
             cost_scaling_factor=inflation.cost_scaling_factor,

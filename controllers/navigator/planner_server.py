@@ -12,7 +12,7 @@ from controllers.navigator.actions import Outcome, Result
 from controllers.navigator.costmap_wait import CostmapWait, UpdatedCostmap
 from controllers.navigator.rate import NEVER
 from gym_mapbench.costmap import Costmap
-from gym_mapbench.errors import EndpointError, PlanningError
+from gym_mapbench.errors import EndpointError, PlanningError, UnsafeEndpointError
 from gym_mapbench.planners.base import GlobalPlanner
 from gym_mapbench.world.scenario import Pose
 
@@ -102,6 +102,8 @@ class PlannerServer:
             path = self._planner.plan(self._costmap.costmap, self._robot.pose, self._goal)
         except EndpointError as error:
             return Outcome(Result.ABORTED, error_codes.START_OR_GOAL_OUTSIDE, str(error))
+        except UnsafeEndpointError as error:
+            return Outcome(Result.ABORTED, error_codes.PLANNER_UNKNOWN, str(error))
         except PlanningError as error:
             return Outcome(Result.ABORTED, error_codes.NO_VALID_PATH, str(error))
         return Outcome(Result.SUCCEEDED, value=path)

@@ -6,7 +6,7 @@ import argparse
 from collections.abc import Sequence
 
 from controllers.learned import NO_CARD, read_card
-from controllers.nav2_params import NavigationParams, PlannerPlugin, counterpart
+from controllers.nav2_params import NavigationParams, counterpart
 from controllers.releases import Release
 from evolution.commands.console import note
 from evolution.commands.options import names_in, non_negative, positive, positive_number, seconds
@@ -284,7 +284,9 @@ def _navigation(args: argparse.Namespace, settings: DriveSettings) -> object:
     """Return Nav2's parameters; a robot given on the command line also replaces the shape in the costmaps."""
     navigation = settings.navigation
     if args.planner is not None:
-        navigation = navigation.replace(planner=PlannerPlugin(name=args.planner))
+        has_release = "release" in PLANNERS.get(args.planner).params.model_fields
+        params = {"release": navigation.release} if has_release else {}
+        navigation = navigation.replace(planner=navigation.planner.replace(name=args.planner, params=params))
     if args.robot is None and args.robot_radius is None:
         return navigation
     shape = {"robot_radius": args.robot_radius, "footprint": None}

@@ -41,6 +41,7 @@ class Window:
         origin_x: x of the lower-left corner in the costmap's frame, m.
         origin_y: y of the same corner, m.
         frame: Pose of the costmap's frame in the map's.
+        release: Release of Nav2 whose ``size`` it has.
     """
 
     shape: tuple[int, int]
@@ -48,6 +49,7 @@ class Window:
     origin_x: float
     origin_y: float
     frame: Pose = IDENTITY
+    release: Release = "humble"
 
     @property
     def geometry(self) -> tuple[float, float, float]:
@@ -61,11 +63,18 @@ class Window:
         x, y = self.origin_x, self.origin_y
         return (x, y), (x + cols * self.resolution, y + rows * self.resolution)
 
+    @property
+    def size(self) -> tuple[float, float]:
+        """Extent along x and y, m, as Nav2 gives it: half a cell short before Lyrical (``getSizeInMetersX``)."""
+        rows, cols = self.shape
+        short = 0.0 if self.release == "lyrical" else 0.5
+        return (cols - short) * self.resolution, (rows - short) * self.resolution
+
     def roll(self, robot: Pose) -> tuple[int, int]:
         """Move by whole cells, rounded towards zero, until the robot is in the middle; return rows and columns."""
-        rows, cols = self.shape
-        d_row = int((robot.y - (rows - 1 + 0.5) * self.resolution / 2 - self.origin_y) / self.resolution)
-        d_col = int((robot.x - (cols - 1 + 0.5) * self.resolution / 2 - self.origin_x) / self.resolution)
+        size_x, size_y = self.size
+        d_row = int((robot.y - size_y / 2 - self.origin_y) / self.resolution)
+        d_col = int((robot.x - size_x / 2 - self.origin_x) / self.resolution)
         self.origin_x += d_col * self.resolution
         self.origin_y += d_row * self.resolution
         return d_row, d_col

@@ -195,11 +195,11 @@ class LayeredCostmap:
 def _window(params: CostmapParams, grid: GridMap) -> Window:
     """Where a costmap lies at start-up: on the map if it shows all of it, else where the options say."""
     if params.writes("static_layer") and not params.rolling_window:
-        return Window(grid.shape, grid.resolution, *grid.origin)
+        return Window(grid.shape, grid.resolution, *grid.origin, release=params.release)
     rows, cols = int(params.height / params.resolution), int(params.width / params.resolution)
     if not 0 < rows * cols <= MAX_CELLS:
         raise ConfigError(f"costmap: expected width x height of 1 to {MAX_CELLS} cells, got {cols} x {rows}")
-    return Window((rows, cols), params.resolution, params.origin_x, params.origin_y)
+    return Window((rows, cols), params.resolution, params.origin_x, params.origin_y, release=params.release)
 
 
 def _make_layer(name: str, params: CostmapParams, context: LayerContext) -> Layer:

@@ -76,7 +76,7 @@ class VoxelGrid(ObstacleGrid):
     def _clear(self, window: Window, seen: Observation, box: Box) -> None:
         layer, source = self.layer, self.layer.scan
         clear_voxels(
-            self.costs, self.columns, *window.geometry, layer.z_resolution, layer.origin_z, layer.z_voxels,
+            self.costs, self.columns, *window.geometry, window.size, layer.z_resolution, layer.origin_z, layer.z_voxels,
             seen.origin, seen.points, seen.z, layer.mark_threshold, layer.unknown_threshold + HALF - layer.z_voxels,
             source.raytrace_min_range, source.raytrace_max_range, self._jazzy, box,
         )  # fmt: skip

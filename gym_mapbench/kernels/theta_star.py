@@ -1,8 +1,7 @@
 """Theta*: a search whose paths are not bound to the grid's directions.
 
 Sources: nav2_theta_star_planner/src/theta_star.cpp (Humble); Daniel, Nash, Koenig and Felner, Theta*: Any-Angle Path
-Planning on Grids (2010). Lines of sight run between cell centres and look at every cell they pass, so that
-the straight pieces of a path are as safe as its ends.
+Planning on Grids (2010). A line of sight is Nav2's walk over the cells near it, not over every cell that it touches.
 """
 
 from __future__ import annotations
@@ -56,7 +55,7 @@ def _search(step, line, width, start, goal, corners, w_euc, w_heur, parent):
         if cell == goal:
             return True
         ahead = w_heur * _cells_between(cell, goal, width)
-        _look_past_parent(cell, line, width, w_euc, parent, length)
+        _look_past_parent(cell, step, line, width, w_euc, parent, length)
         key[cell] = min(key[cell], length[cell] + ahead)
         for side in range(corners):
             near = cell + STEP_ROW[side] * width + STEP_COL[side]
@@ -69,12 +68,12 @@ def _search(step, line, width, start, goal, corners, w_euc, w_heur, parent):
 
 
 @kernel
-def _look_past_parent(cell, line, width, w_euc, parent, length):
+def _look_past_parent(cell, step, line, width, w_euc, parent, length):
     """Make the grandparent the parent if it is in sight and the straight way from it is cheaper."""
     grandparent = parent[parent[cell]]
     straight = length[grandparent] + w_euc * _cells_between(grandparent, cell, width)
     if straight < length[cell]:
-        straight += traversal_on_line(line, width, grandparent, cell, length[cell] - straight)
+        straight = length_in_sight(step, line, width, cell, grandparent, straight, length[cell])
         if straight < length[cell]:
             length[cell], parent[cell] = straight, grandparent
 
@@ -85,22 +84,25 @@ def _cells_between(first, second, width):
 
 
 @kernel
-def traversal_on_line(line, width, first, second, enough):
-    """Sum of ``line`` over the cells that the line between two centres passes, without the first; stops at ``enough``.
+def length_in_sight(step, line, width, cell, ancestor, straight, enough):
+    """Add ``line`` over the cells of the walk from a cell to its ancestor, the ancestor left out, to ``straight``.
 
-    Where it runs exactly through a corner, the two cells beside are not passed.
+    The walk is Bresenham's: it steps along one axis or, where ``step`` lets both cells beside pass, diagonally. The sum
+    is inf where it cannot go on, and ends where it has reached ``enough``.
     """
-    d_row, d_col = second // width - first // width, second % width - first % width
+    d_row, d_col = ancestor // width - cell // width, ancestor % width - cell % width
     step_row, step_col = (width if d_row > 0 else -width), (1 if d_col > 0 else -1)
     d_row, d_col = abs(d_row), abs(d_col)
-    cell, row, col, total = first, 0, 0, 0.0
-    while cell != second and total < enough:
-        side = (2 * col + 1) * d_row - (2 * row + 1) * d_col
-        if side <= 0:
-            cell += step_col
-            col += 1
-        if side >= 0:
-            cell += step_row
-            row += 1
+    error, total = d_col - d_row, 0.0
+    while cell != ancestor and straight + total < enough:
         total += line[cell]
-    return total
+        crosses, climbs = 2 * error > -d_row, 2 * error <= d_col
+        if crosses and climbs and math.isinf(step[cell + step_col] + step[cell + step_row]):
+            return math.inf
+        if crosses:
+            cell += step_col
+            error -= d_row
+        if climbs:
+            cell += step_row
+            error += d_col
+    return straight + total

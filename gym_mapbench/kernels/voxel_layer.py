@@ -27,13 +27,13 @@ PULLED_IN = 1e-5
 
 @kernel
 def clear_voxels(
-    layer, columns, resolution, origin_x, origin_y, z_resolution, origin_z, levels, sensor, points, z,
+    layer, columns, resolution, origin_x, origin_y, size, z_resolution, origin_z, levels, sensor, points, z,
     mark_threshold, unknown_threshold, min_range, max_range, pull_in, box,
 ):  # fmt: skip
     """Free the voxels from the sensor ``(3,)`` m towards every one of ``points`` ``(n, 2)`` float32 m at height ``z``.
 
-    Every ray ends two cells before its point and is then cut at the lower borders and half a cell before the upper
-    ones; a cut ray that rounding leaves outside is lost, unless it is pulled in a little (``pull_in``, Jazzy).
+    Every ray ends two cells before its point and is then cut at the origin and at the origin plus ``size`` (x, y; m);
+    a cut ray that rounding leaves outside is lost, unless it is pulled in a little (``pull_in``, Jazzy).
     """
     rows, cols = layer.shape
     grid = origin_x, origin_y, origin_z, resolution, z_resolution, cols, rows, levels
@@ -43,7 +43,7 @@ def clear_voxels(
         return
     min_cells, max_cells = cells_of(min_range, resolution), cells_of(max_range, resolution)
     for i in range(len(points)):
-        ray_end = cut_ray(sensor, (float(points[i, 0]), float(points[i, 1]), z), grid, pull_in)
+        ray_end = cut_ray(sensor, (float(points[i, 0]), float(points[i, 1]), z), grid, size, pull_in)
         end = voxel_at(ray_end, grid)
         if end[0] >= 0.0:
             clear_voxel_line(
@@ -67,10 +67,10 @@ def voxel_at(point, grid):
 
 
 @kernel
-def cut_ray(sensor, point, grid, pull_in):
+def cut_ray(sensor, point, grid, size, pull_in):
     """Where the ray to a point ends, m: two cells before it, and where it leaves the grid."""
-    origin_x, origin_y, _, resolution, _, cols, rows, _ = grid
-    x_max, y_max = origin_x + (cols - 1 + 0.5) * resolution, origin_y + (rows - 1 + 0.5) * resolution
+    origin_x, origin_y, resolution = grid[0], grid[1], grid[3]
+    x_max, y_max = origin_x + size[0], origin_y + size[1]
     x, y, height = sensor[0], sensor[1], sensor[2]
     dx, dy, dz = point[0] - x, point[1] - y, point[2] - height
     distance = math.sqrt(dx * dx + dy * dy + dz * dz)

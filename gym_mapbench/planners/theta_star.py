@@ -12,8 +12,8 @@ from typing import Literal
 import numpy as np
 from numpy.typing import NDArray
 
-from gym_mapbench.costmap import INSCRIBED_INFLATED_OBSTACLE, NO_INFORMATION, Costmap
-from gym_mapbench.errors import EndpointError
+from gym_mapbench.costmap import INSCRIBED_INFLATED_OBSTACLE, LETHAL_OBSTACLE, NO_INFORMATION, Costmap
+from gym_mapbench.errors import EndpointError, UnsafeEndpointError
 from gym_mapbench.kernels.theta_star import search_corners
 from gym_mapbench.planners.base import (
     Path,
@@ -68,7 +68,8 @@ class ThetaStarPlanner:
             return stay(start, goal, direct)
         step_cost, line_cost = self._traversal_costs()
         if np.isinf(step_cost[[costmap.costs[start_cell], costmap.costs[goal_cell]]]).any():
-            raise no_path(start, goal, "start or goal is in an obstacle", EndpointError)
+            kind = EndpointError if costmap.costs[goal_cell] == LETHAL_OBSTACLE else UnsafeEndpointError
+            raise no_path(start, goal, "start or goal is in an obstacle", kind)
         weights = self.params.w_euc_cost, min(1.0, self.params.w_euc_cost)
         corners = self.params.how_many_corners
         cells = search_corners(costmap.costs, step_cost, line_cost, *start_cell, *goal_cell, corners, *weights)

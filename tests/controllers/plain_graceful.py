@@ -167,9 +167,12 @@ class PlainGraceful:
         rate = self.p.rotation_scaling_factor * angle * self.p.v_angular_max
         return math.copysign(max(abs(rate), self.p.v_angular_min_in_place), rate)
 
+    def dt(self):
+        return self.costmap.resolution / self.p.v_linear_max
+
     def moved(self, pose, v, w):
         x, y, yaw = pose
-        dt = self.costmap.resolution / self.p.v_linear_max
+        dt = self.dt()
         return x + v * dt * math.cos(yaw), y + v * dt * math.sin(yaw), wrap(yaw + w * dt)
 
     def touches(self, pose):

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import dataclasses
 import itertools
 import math
 from typing import NamedTuple
@@ -29,6 +28,11 @@ class PlainLyricalGraceful(PlainGraceful):
         super().__init__(params, setup, local)
         self.most_valid = 252 if setup.footprint.use_radius else 253
         self.safe = 0.0
+        self.fastest = params.v_linear_max
+
+    def dt(self):
+        """The step at the highest speed, at lower top speeds too."""
+        return self.costmap.resolution / self.fastest
 
     def __call__(self, pose, arrived, costmap):
         p = self.p
@@ -56,6 +60,8 @@ class PlainLyricalGraceful(PlainGraceful):
         return [(*each[:2], heading) for each, heading in zip(local, [*ahead, local[-1][2]], strict=True)]
 
     def can_turn(self, angle):
+        if not self.p.use_collision_detection:
+            return True
         n = max(1, int(abs(angle) / self.p.in_place_collision_resolution))
         return not any(self.is_blocked(self.cost((0.0, 0.0, i / n * angle))) for i in range(1, n + 1))
 
@@ -104,25 +110,27 @@ class PlainLyricalGraceful(PlainGraceful):
         backward = self.reverses and target[0] < 0
         if backward:
             target = (*target[:2], wrap(target[2] + math.pi))
-        top = fastest = p.v_linear_max
+        top = p.v_linear_max
         while True:
-            way = self.way_at(target, backward, top, fastest)
+            way = self.way_at(target, backward, top)
             top -= p.footprint_scaling_step
             if way.free or p.footprint_scaling_step <= 0 or top < p.footprint_scaling_linear_vel:
                 return way
 
-    def way_at(self, target, backward, top, fastest):
-        p, setup = self.p, self.s
-        slowest = p.footprint_scaling_linear_vel
-        if top > slowest and not setup.footprint.use_radius:
-            grown = 1 + p.footprint_scaling_factor * (top - slowest) / (fastest - slowest)
-            outline = dataclasses.replace(setup.footprint, corners=setup.footprint.corners * grown)
-            self.s = dataclasses.replace(setup, footprint=outline)
+    def way_at(self, target, backward, top):
+        p = self.p
         self.p = p.model_copy(update={"v_linear_max": top})
         try:
             return self.driven(target, backward)
         finally:
-            self.p, self.s = p, setup
+            self.p = p
+
+    def grown(self, speed):
+        """The outline for a command of that speed."""
+        footprint, slowest = self.s.footprint, self.p.footprint_scaling_linear_vel
+        if speed <= slowest or self.fastest <= slowest:
+            return footprint.corners
+        return footprint.corners * (1 + self.p.footprint_scaling_factor * (speed - slowest) / (self.fastest - slowest))
 
     def driven(self, target, backward):
         p = self.p
@@ -140,7 +148,7 @@ class PlainLyricalGraceful(PlainGraceful):
                 command = self.law(pose, target, backward)
             first = first or command
             pose = self.moved(pose, *command)
-            cost = self.cost(pose)
+            cost = self.cost(pose, self.grown(first[0]))
             dearest = max(dearest, cost)
             free = not (p.use_collision_detection and self.is_blocked(cost))
             arrives = math.dist(pose[:2], target[:2]) <= self.costmap.resolution or step >= most
@@ -151,7 +159,7 @@ class PlainLyricalGraceful(PlainGraceful):
         """Speed from which the robot can stop at the target."""
         return math.sqrt(2 * distance * self.p.deceleration_max)
 
-    def cost(self, pose):
+    def cost(self, pose, corners=None):
         x, y, yaw = self.pose
         cos, sin = math.cos(yaw), math.sin(yaw)
         at = x + pose[0] * cos - pose[1] * sin, y + pose[0] * sin + pose[1] * cos
@@ -160,7 +168,8 @@ class PlainLyricalGraceful(PlainGraceful):
             return -1
         if self.s.footprint.use_radius:
             return int(self.costmap.costs[cell])
-        return int(np.int64(outline_cost(self.costmap, (*at, yaw + pose[2]), self.s.footprint.corners)))
+        corners = self.s.footprint.corners if corners is None else corners
+        return int(np.int64(outline_cost(self.costmap, (*at, yaw + pose[2]), corners)))
 
     def is_blocked(self, cost):
         if cost == 255:

@@ -151,7 +151,20 @@ def test_the_robot_can_stop_at_its_target():
     assert command_of(follower(straight())).v == pytest.approx(0.5 / 1.5, abs=1e-6)
 
 
-def test_the_outline_grows_with_the_top_speed_and_the_top_speed_falls_until_it_fits():
+def test_the_outline_grows_with_the_speed_of_the_command():
+    # The command is 0.5 * 0.79 / 1.5 = 0.26 m/s: the box is 5 % larger, not the 25 % of the top speed.
+    scaling = {"footprint_scaling_linear_vel": 0.2, "footprint_scaling_step": 0.2, "max_lookahead": 0.79}
+    path, wall = straight(), blocked_at(1.10)
+    assert command_of(follower(path, BOX, **scaling), costmap=wall) == command_of(follower(path, BOX, **scaling))
+
+
+def test_a_lower_top_speed_simulates_a_shorter_way_in_steps_of_the_same_time():
+    # Of 60 steps towards 1 m, each leads 1/30 of what is left at 0.5 m/s, to 0.87 m, and 1/75 at 0.2 m/s, to 0.55 m.
+    slower = {"footprint_scaling_linear_vel": 0.2, "footprint_scaling_step": 0.3, "footprint_scaling_factor": 0.0}
+    assert command_of(follower(straight(), BOX, **slower), costmap=blocked_at(1.0)).v == pytest.approx(0.2 / 1.5)
+
+
+def test_the_top_speed_falls_until_the_outline_fits():
     # The way ends 0.745 m ahead. At 0.5 m/s the box is 25 % larger, its front at 1.12 m; at 0.3 m/s it is at 1.07 m.
     scaling = {"footprint_scaling_linear_vel": 0.2, "footprint_scaling_step": 0.2, "max_lookahead": 0.79}
     wall = blocked_at(1.10)
@@ -167,6 +180,8 @@ def test_the_turn_at_the_goal_is_made_when_the_goal_checker_says_so_and_the_outl
     beside.costs[95, 103] = 254  # under the box's front once it has turned to the right
     assert command_of(follower(path, BOX, arrived=True)).v == 0.0
     assert command_of(follower(path, BOX, arrived=True), costmap=beside).v > 0.0
+    unchecked = follower(path, BOX, arrived=True, use_collision_detection=False)
+    assert command_of(unchecked, costmap=beside) == pytest.approx((0.0, -0.5))
 
 
 def test_without_a_local_plan_there_is_no_command():

@@ -115,11 +115,11 @@ class PlainVoxels:
         at = y / self.resolution, x / self.resolution, z / self.z_resolution
         return at if all(a < n for a, n in zip(at, (*self.layer.shape, self.levels), strict=True)) else None
 
-    def clear(self, sensor, points, z, ranges, pull_in, box):
+    def clear(self, sensor, points, z, ranges, size, pull_in, box):
         start = self.place(sensor)
         if start is None:
             return
-        top = [self.origin[axis] + (self.layer.shape[1 - axis] - 1 + 0.5) * self.resolution for axis in (0, 1)]
+        top = [self.origin[axis] + size[axis] for axis in (0, 1)]
         for point in points.astype(float):
             delta = np.array([*point, z]) - sensor
             distance = math.sqrt(delta[0] * delta[0] + delta[1] * delta[1] + delta[2] * delta[2])

@@ -97,13 +97,15 @@ def test_hits_of_the_obstacle_layer_equal_their_plain_twin(scene, in_meters):
     seen(),
     st.tuples(st.integers(0, 1), st.sampled_from([0, 14, 15])),
     st.lists(st.tuples(st.floats(-0.1, 0.9), st.booleans()), min_size=1, max_size=3),
+    st.sampled_from([0.0, 0.5]),
     st.booleans(),
 )
 @settings(max_examples=300, deadline=None)
-def test_voxels_equal_their_plain_twin(scene, thresholds, scans, pull_in):
+def test_voxels_equal_their_plain_twin(scene, thresholds, scans, short, pull_in):
     shape, origin, sensor, points, ranges = scene
     layer, columns, box = np.zeros(shape, np.uint8), np.full(shape, UNKNOWN_COLUMN, np.int64), empty_box()
     grid = RESOLUTION, *origin, 0.05, 0.0
+    size = (shape[1] - short) * RESOLUTION, (shape[0] - short) * RESOLUTION
     plain, plain_box = PlainVoxels(np.zeros(shape, np.uint8), 16, *grid[::3], (*origin, 0.0), thresholds), empty_box()
     for height, marks in scans:
         at, z = (*sensor, height), float(np.float32(height))
@@ -111,8 +113,8 @@ def test_voxels_equal_their_plain_twin(scene, thresholds, scans, pull_in):
         if marks and level < 16:
             mark_voxels(layer, columns, *grid[:3], at, points, z, level, thresholds[0], *ranges, box)
             plain.mark(at, points, z, level, ranges, plain_box)
-        clear_voxels(layer, columns, *grid, 16, at, points, z, *thresholds, *ranges, pull_in, box)
-        plain.clear(at, points, z, ranges, pull_in, plain_box)
+        clear_voxels(layer, columns, *grid[:3], size, *grid[3:], 16, at, points, z, *thresholds, *ranges, pull_in, box)
+        plain.clear(at, points, z, ranges, size, pull_in, plain_box)
         assert np.array_equal(layer, plain.layer)
         assert np.array_equal(columns, plain.columns)
         assert np.allclose(box, plain_box, rtol=1e-12, atol=0)  # their square roots differ in the last bit

@@ -22,6 +22,7 @@ from gym_mapbench.costmap import (
     VoxelLayer,
     build_static_costmap,
 )
+from gym_mapbench.costmap.layer import Window
 from gym_mapbench.errors import ConfigError
 from gym_mapbench.world.footprint import Footprint
 from gym_mapbench.world.gridmap import GridMap
@@ -50,6 +51,23 @@ def layer_options(name, **scan):
 def only(layer, **changes):
     """Options of a rolling 3 m window with one obstacle layer and nothing else."""
     return CostmapParams.example_local(plugins=(layer,), **changes)
+
+
+@pytest.mark.parametrize(("release", "origin"), [("humble", -1.45), ("jazzy", -1.45), ("lyrical", -1.5)])
+def test_the_window_is_centred_by_its_size_in_the_release(release, origin):
+    costmap = LayeredCostmap(only("voxel_layer", release=release), ROOM, POINT).update(Pose(0.0, 0.0))
+    assert (costmap.origin_x, costmap.origin_y) == pytest.approx((origin, origin))
+
+
+@pytest.mark.parametrize(("release", "end"), [("humble", 2.975), ("jazzy", 2.975), ("lyrical", 3.0)])
+def test_voxel_rays_are_cut_at_the_size_of_the_window_in_the_release(release, end):
+    options = only("voxel_layer", release=release, voxel_layer=layer_options("voxel_layer", raytrace_max_range=9.0))
+    layer, pose = LayeredCostmap(options, ROOM, POINT).layer("voxel_layer"), Pose(1.5, 1.5)
+    for heading, side in ((0.0, 2), (math.pi / 2, 3)):
+        layer.observe(LaserScan(np.array([3.0]), heading, 1.0, 0.0, 3.5), pose, 0.0)
+        box = np.array([math.inf, math.inf, -math.inf, -math.inf])
+        layer.update_bounds(Window((60, 60), 0.05, 0.0, 0.0, release=release), pose, box)
+        assert box[side] == pytest.approx(end, abs=1e-4)
 
 
 def test_window_of_the_worked_example_rolls_by_whole_cells():

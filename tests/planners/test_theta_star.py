@@ -2,8 +2,7 @@
 
 from __future__ import annotations
 
-import itertools
-import math
+from fractions import Fraction
 
 import numpy as np
 import pytest
@@ -11,8 +10,8 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from gym_mapbench.costmap import Costmap
-from gym_mapbench.errors import NoPathError
-from gym_mapbench.kernels.theta_star import traversal_on_line
+from gym_mapbench.errors import EndpointError, NoPathError, UnsafeEndpointError
+from gym_mapbench.kernels.theta_star import length_in_sight
 from gym_mapbench.planners.theta_star import ThetaStarParams, ThetaStarPlanner
 from gym_mapbench.world.scenario import Pose
 
@@ -21,26 +20,45 @@ def metre_map(costs):
     return Costmap(np.ascontiguousarray(costs, np.uint8), 1.0, 0.0, 0.0)
 
 
-def passed_cells(first, second):
-    """Cells whose inside the line between two centres enters, found by slicing it finely between the crossings."""
+def walk(first, second):
+    """Cells of Nav2's line of sight between two cells, both included, and the cells beside each diagonal step.
+
+    A step changes the column if the straight line crosses the border to the next one before it is level with the
+    middle of the next row; likewise the row, and a tie goes to the row.
+    """
     (r0, c0), (r1, c1) = first, second
-    cuts = {0.0, 1.0}
-    for low, high in ((r0, r1), (c0, c1)):
-        span = abs(high - low)
-        cuts |= {(k + 0.5) / span for k in range(span)}
-    ordered = sorted(cuts)
-    middles = [(a + b) / 2 for a, b in itertools.pairwise(ordered) if b - a > 1e-9]
-    return {(math.floor(r0 + t * (r1 - r0) + 0.5), math.floor(c0 + t * (c1 - c0) + 0.5)) for t in middles}
+    rows, cols = abs(r1 - r0), abs(c1 - c0)
+    up, right = (1 if r1 > r0 else -1), (1 if c1 > c0 else -1)
+    row = col = 0
+    cells, beside = [first], []
+    while (row, col) != (rows, cols):
+        crosses = (col + Fraction(1, 2)) * rows < (row + 1) * cols
+        climbs = (row + Fraction(1, 2)) * cols <= (col + 1) * rows
+        if crosses and climbs:
+            beside += [(r0 + up * row, c0 + right * (col + 1)), (r0 + up * (row + 1), c0 + right * col)]
+        row, col = row + climbs, col + crosses
+        cells.append((r0 + up * row, c0 + right * col))
+    return cells, beside
 
 
-@given(*[st.integers(0, 12)] * 4)
-@settings(max_examples=200)
-def test_a_line_looks_at_every_cell_it_passes(r0, c0, r1, c1):
-    width = 13
-    weights = np.random.default_rng(1).random(width * width)
-    total = traversal_on_line(weights, width, r0 * width + c0, r1 * width + c1, np.inf)
-    cells = passed_cells((r0, c0), (r1, c1)) - {(r0, c0)}
-    assert total == pytest.approx(sum(weights[r * width + c] for r, c in cells))
+@given(*[st.integers(0, 12)] * 4, st.integers(0, 1000))
+@settings(max_examples=300)
+def test_a_line_of_sight_equals_its_plain_twin(r0, c0, r1, c1, seed):
+    width, rng = 13, np.random.default_rng(seed)
+    line, step = rng.random(width * width), np.where(rng.random(width * width) < 0.03, np.inf, 0.0)
+    cells, beside = walk((r0, c0), (r1, c1))
+    ends = r0 * width + c0, r1 * width + c1
+    free = all(np.isfinite(step[row * width + col]) for row, col in beside)
+    expected = 2.0 + sum(line[row * width + col] for row, col in cells[:-1]) if free else np.inf
+    assert length_in_sight(step, line, width, *ends, 2.0, np.inf) == pytest.approx(expected)
+    assert length_in_sight(step, line, width, *ends, 2.0, 2.0) == 2.0
+
+
+def test_a_line_of_sight_sums_a_cell_per_step_along_its_longer_axis():
+    cells, beside = walk((0, 0), (2, 5))
+    assert cells == [(0, 0), (0, 1), (1, 2), (1, 3), (2, 4), (2, 5)]
+    assert beside == [(0, 2), (1, 1), (1, 4), (2, 3)]
+    assert length_in_sight(np.zeros(60), np.ones(60), 10, 0, 25, 0.0, np.inf) == 5.0
 
 
 def test_free_space_is_crossed_in_one_line_short_of_the_goal():
@@ -74,12 +92,16 @@ def test_four_corners_go_around_a_diagonal_gap():
         ThetaStarPlanner(ThetaStarParams(how_many_corners=4)).plan(metre_map(costs), start, goal)
 
 
-@pytest.mark.parametrize("cost", [253, 254])
-def test_start_and_goal_must_be_safe(cost):
+@pytest.mark.parametrize(
+    ("cost", "at_start", "at_goal"),
+    [(253, UnsafeEndpointError, UnsafeEndpointError), (254, UnsafeEndpointError, EndpointError)],
+)
+def test_start_and_goal_must_be_safe(cost, at_start, at_goal):
     costs = np.zeros((6, 6))
     costs[1, 1] = cost
-    for ends in ((Pose(1.5, 1.5), Pose(4.5, 4.5)), (Pose(4.5, 4.5), Pose(1.5, 1.5))):
-        with pytest.raises(NoPathError, match="start or goal is in an obstacle"):
+    unsafe, safe = Pose(1.5, 1.5), Pose(4.5, 4.5)
+    for ends, kind in (((unsafe, safe), at_start), ((safe, unsafe), at_goal)):
+        with pytest.raises(kind, match="start or goal is in an obstacle"):
             ThetaStarPlanner().plan(metre_map(costs), *ends)
 
 

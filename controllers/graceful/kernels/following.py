@@ -105,16 +105,16 @@ def turned_for(target, tuning):
 
 
 @kernel
-def simulate(scene, target, backward, turns_first, most_steps, tuning):
-    """Simulate driving to a target by the law, with ``turns_first`` after a turn on the spot towards it.
+def simulate(scene, target, backward, turns_first, most_steps, dt, tuning):
+    """Simulate driving to a target by the law, in steps of ``dt`` s, with ``turns_first`` after a turn towards it.
 
-    The turn goes on with its first turn rate. It ends in the step in which the bearing has come within the tolerance.
+    The turn, on the spot, goes on with its first turn rate. It ends in the step in which the bearing has come within
+    the tolerance.
 
     Returns:
         Whether the way is free, the first step's command v and w, the number of steps, and the highest cost on the way.
     """
     resolution = scene[1]
-    dt = resolution / tuning.v_linear_max
     bearing = math.atan2(target[1], target[0])
     pose = HERE
     first_v = first_w = 0.0
@@ -149,6 +149,8 @@ def steps_to(target, per_cell, resolution):
 @kernel
 def can_turn(scene, angle, tuning):
     """Whether the robot can turn on the spot by an angle (rad): some headings on the way are checked (since Jazzy)."""
+    if not tuning.use_collision_detection:
+        return True
     count = max(1, int(abs(angle) / tuning.in_place_collision_resolution))
     free = True
     for i in range(1, count + 1):
@@ -176,7 +178,9 @@ def command_to_farthest(scene, local, lengths, remaining, turns_first, tuning):
         turns_first = turns_first and abs(bearing) >= tuning.initial_rotation_tolerance
         most_steps = steps_to(target, 3, scene[1])
         first_turn = turns_first and tuning.initial_rotation
-        free, v, w, _, _ = simulate(scene, target, backward, first_turn, most_steps, tuning)
+        free, v, w, _, _ = simulate(
+            scene, target, backward, first_turn, most_steps, scene[1] / tuning.v_linear_max, tuning
+        )
         if free:
             return OK, v, w, turns_first
     return COLLISION, 0.0, 0.0, turns_first
@@ -203,7 +207,7 @@ def command_to_target(scene, local, remaining, arrived, tuning):
     bearing = math.atan2(y, x)
     backward, target = turned_for((x, y, heading), tuning)
     most_steps = steps_to(target, 2, scene[1]) - 1
-    free, v, w, _, _ = simulate(scene, target, backward, False, most_steps, tuning)
+    free, v, w, _, _ = simulate(scene, target, backward, False, most_steps, scene[1] / tuning.v_linear_max, tuning)
     if not free or collides(scene, HERE):
         return COLLISION, 0.0, 0.0
     if arrived:

@@ -9,9 +9,10 @@ from __future__ import annotations
 
 import math
 
-from controllers.graceful.kernels.control_law import turn_command
+from controllers.graceful.kernels.control_law import law_command, turn_command
 from controllers.graceful.kernels.following import (
     COLLISION,
+    HERE,
     OK,
     can_turn,
     lengths_along,
@@ -40,18 +41,18 @@ def lookahead_target(local, lengths, max_lookahead):
 
 
 @kernel
-def enlarged(scene, top, fastest, tuning):
-    """The scene with the outline that a top speed (m/s) asks for; a disc stays as it is."""
+def enlarged(scene, v, fastest, tuning):
+    """The scene with the outline that a command of speed ``v`` (m/s) asks for; a disc stays as it is."""
     slowest = tuning.footprint_scaling_linear_vel
     costs, resolution, origin_x, origin_y, track_unknown, corners, use_radius, robot = scene
-    if not use_radius and top > slowest:
-        corners = corners * (1.0 + tuning.footprint_scaling_factor * (top - slowest) / (fastest - slowest))
+    if not use_radius and v > slowest and fastest > slowest:  # rounding may leave v above fastest
+        corners = corners * (1.0 + tuning.footprint_scaling_factor * (v - slowest) / (fastest - slowest))
     return costs, resolution, origin_x, origin_y, track_unknown, corners, use_radius, robot
 
 
 @kernel
 def approach(scene, pose, turns_first, tuning):
-    """Simulate driving to a target, at ever lower top speeds until the way is free.
+    """Simulate driving to a target, at ever lower top speeds until the way is free; the outline is as the command asks.
 
     Returns:
         As :func:`~controllers.graceful.kernels.following.simulate`.
@@ -59,12 +60,14 @@ def approach(scene, pose, turns_first, tuning):
     backward, target = turned_for(pose, tuning)
     most_steps = steps_to(target, 3, scene[1])
     fastest = tuning.v_linear_max
+    dt = scene[1] / fastest
     free, v, w, steps, worst = False, 0.0, 0.0, 0, -1
     top = fastest
     while True:
         tuning.v_linear_max = top
-        with_outline = enlarged(scene, top, fastest, tuning)
-        free, v, w, steps, worst = simulate(with_outline, target, backward, turns_first, most_steps, tuning)
+        commanded = 0.0 if turns_first else law_command(HERE, target, backward, tuning)[0]
+        with_outline = enlarged(scene, commanded, fastest, tuning)
+        free, v, w, steps, worst = simulate(with_outline, target, backward, turns_first, most_steps, dt, tuning)
         top -= tuning.footprint_scaling_step
         if free or not (tuning.footprint_scaling_step > 0.0 and top >= tuning.footprint_scaling_linear_vel):
             break

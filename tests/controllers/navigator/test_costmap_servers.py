@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import dataclasses
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
@@ -12,9 +13,11 @@ from hypothesis import strategies as st
 import controllers.navigator.navigator as navigator_module
 from controllers.nav2_params import load_preset
 from controllers.navigator.costmap_servers import CostmapServer
+from controllers.navigator.error_codes import PLANNER_RECOVERY_HELPS
 from controllers.navigator.navigator import Navigator
+from controllers.navigator.planner_server import PlannerServer
 from gym_mapbench.costmap import FREE_SPACE, LETHAL_OBSTACLE, NO_INFORMATION, CostmapParams
-from gym_mapbench.errors import ConfigError, NoPathError
+from gym_mapbench.errors import ConfigError, EndpointError, NoPathError, UnsafeEndpointError
 from gym_mapbench.world.footprint import Footprint
 from gym_mapbench.world.gridmap import GridMap
 from gym_mapbench.world.lidar import Lidar, LidarSettings
@@ -218,3 +221,21 @@ def test_the_planner_sees_what_the_lidar_saw_until_the_costmap_is_cleared(monkey
     assert planner.blocked == [False, True, False]
     kinds = [(event.time, event.kind) for event in navigator.events]
     assert kinds == [(0.0, "replan"), (1.0, "replan_failure"), (1.0, "clear_global"), (1.5, "replan")]
+
+
+@pytest.mark.parametrize(
+    ("error", "code", "helps"),
+    [(EndpointError, 204, False), (UnsafeEndpointError, 201, True), (NoPathError, 209, True)],
+)
+def test_the_error_of_a_planner_decides_whether_recoveries_are_tried(error, code, helps):
+    class Refusing:
+        def plan(self, costmap, start, goal):
+            raise error("no path")
+
+    seen = server()
+    observe(seen, POSE, None, 0.0)
+    planner = PlannerServer(Refusing(), SimpleNamespace(pose=POSE), seen)
+    planner.begin(Pose(4.0, 1.025), 0.0)
+    assert planner.step(0.0) is None
+    assert planner.step(0.0).code == code
+    assert (code in PLANNER_RECOVERY_HELPS) == helps

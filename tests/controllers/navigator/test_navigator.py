@@ -181,6 +181,21 @@ class TestControllerServer:
         with pytest.raises(ConfigError, match=r"controller_frequency: expected at most .* 20 Hz, got 30"):
             Navigator(PlainFollower(), params, "plain").reset(context())
 
+    @pytest.mark.parametrize(
+        ("checker", "tolerance"),
+        [
+            ({"plugin": "axis", "along_path_tolerance": 0.3, "cross_track_tolerance": 0.15}, 0.15),
+            ({"plugin": "axis", "along_path_tolerance": 0.1, "cross_track_tolerance": 0.15}, 0.1),
+            ({"plugin": "adaptive", "coarse_xy_goal_tolerance": 0.4}, 0.4),
+            ({"plugin": "stopped", "xy_goal_tolerance": 0.2, "coarse_xy_goal_tolerance": 0.4}, 0.2),
+        ],
+    )
+    def test_follower_is_told_the_tolerance_that_its_goal_checker_has(self, checker, tolerance):
+        preset = load_preset("lyrical")
+        checked = preset.controller_server.replace(goal_checker=GoalChecker(**checker))
+        setup = Navigator(PlainFollower(), preset.replace(controller_server=checked), "plain").follower_setup(context())
+        assert setup.xy_goal_tolerance == tolerance
+
     def test_follower_is_told_tolerances_footprint_and_inflation(self):
         checker = GoalChecker(xy_goal_tolerance=0.1, yaw_goal_tolerance=0.2)
         navigator = Navigator(

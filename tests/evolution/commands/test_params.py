@@ -5,12 +5,13 @@ from __future__ import annotations
 import pytest
 import yaml
 
-from controllers.nav2_params import parse_nav2_params
+from controllers.nav2_params import load_preset, parse_nav2_params
 from evolution.cli import main
 from evolution.commands import COMMON, driving_options, options
 from evolution.commands.parameter_file import add_reading_options
 from evolution.driving import DriveSettings
 from gym_mapbench.errors import ConfigError
+from gym_mapbench.planners import PLANNERS
 
 HUMBLE = """
 controller_server:
@@ -239,3 +240,16 @@ class TestAChangedPreset:
         with pytest.raises(ConfigError, match=message) as caught:
             DriveSettings(navigation=navigation)
         assert "\n" not in str(caught.value)
+
+
+@pytest.mark.parametrize("preset", ["thesis", "jazzy", "lyrical"])
+def test_a_planner_of_the_command_line_is_of_the_parameters_release(preset):
+    parser = options.argparse.ArgumentParser()
+    driving_options.add_drive_options(parser)
+    own = load_preset(preset)
+    for name in PLANNERS.built_in:
+        given = parser.parse_args(["--params", preset, "--planner", name], options.argparse.Namespace(**COMMON))
+        planner = driving_options.drive_settings(given).navigation.planner
+        assert planner.name == name
+        assert planner.params.get("release", own.release) == own.release
+        assert planner.costmap_update_timeout == own.planner.costmap_update_timeout
