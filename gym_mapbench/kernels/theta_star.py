@@ -11,9 +11,11 @@ import math
 import numpy as np
 
 from gym_mapbench.kernels.jit import kernel
-from gym_mapbench.kernels.search import NOT_LISTED, STEP_COL, STEP_ROW, framed_costs, list_cell, take_first, trace_back
+from gym_mapbench.kernels.search import framed_costs, trace_back
 
 NO_CELL = -1
+STEP_ROW, STEP_COL = (1, -1, 0, 0, -1, 1, 1, -1), (0, 0, 1, -1, 1, -1, 1, -1)
+"""The neighbours in the order in which Nav2 looks at them, which decides among equals."""
 
 
 @kernel
@@ -44,27 +46,59 @@ def search_corners(costs, step_cost, line_cost, start_row, start_col, goal_row, 
 
 @kernel
 def _search(step, line, width, start, goal, corners, w_euc, w_heur, parent):
-    """Fill ``parent``; return whether the goal was reached."""
+    """Fill ``parent``; return whether the goal was reached.
+
+    As in Nav2, the key of a listed cell may fall without moving it up the heap, and the start is expanded twice.
+    """
     length, key = np.full(len(step), np.inf), np.full(len(step), np.inf)
-    heap, place = np.empty(len(step), np.int32), np.full(len(step), NOT_LISTED, np.int32)
+    heap, listed = np.empty(len(step) + 1, np.int32), np.zeros(len(step), np.bool_)
     length[start] = step[start]
-    count = list_cell(heap, place, key, 0, start)
-    while count > 0:
-        cell = take_first(heap, place, key, count)
-        count -= 1
-        if cell == goal:
-            return True
+    key[start] = step[start] + w_heur * _cells_between(start, goal, width)
+    _sift_up(heap, key, 0, start)
+    cell, count = start, 1
+    while cell != goal:
+        listed[cell] = False
         ahead = w_heur * _cells_between(cell, goal, width)
         _look_past_parent(cell, step, line, width, w_euc, parent, length)
         key[cell] = min(key[cell], length[cell] + ahead)
         for side in range(corners):
             near = cell + STEP_ROW[side] * width + STEP_COL[side]
-            reached = length[cell] + step[near] + w_euc * math.hypot(STEP_ROW[side], STEP_COL[side])
+            reached = length[cell] + w_euc * math.hypot(STEP_ROW[side], STEP_COL[side]) + step[near]
             estimate = reached + w_heur * _cells_between(near, goal, width)
             if estimate < key[near]:
                 length[near], parent[near], key[near] = reached, cell, estimate
-                count = list_cell(heap, place, key, count, near)
-    return False
+                if not listed[near]:
+                    listed[near] = True
+                    _sift_up(heap, key, count, near)
+                    count += 1
+        if count == 0:
+            return False
+        cell = heap[0]
+        count -= 1
+        _fill_top(heap, key, count, heap[count])
+    return True
+
+
+@kernel
+def _sift_up(heap, key, at, cell):
+    """Put a cell into the heap at a free place, or above it while the key there is higher."""
+    while at > 0 and key[heap[(at - 1) // 2]] > key[cell]:
+        heap[at] = heap[(at - 1) // 2]
+        at = (at - 1) // 2
+    heap[at] = cell
+
+
+@kernel
+def _fill_top(heap, key, count, cell):
+    """Move up the lesser children below the top of ``count`` cells, and put a cell where the last one left."""
+    at = 0
+    while 2 * at + 1 < count:
+        child = 2 * at + 1
+        if child + 1 < count and key[heap[child + 1]] <= key[heap[child]]:
+            child += 1
+        heap[at] = heap[child]
+        at = child
+    _sift_up(heap, key, at, cell)
 
 
 @kernel

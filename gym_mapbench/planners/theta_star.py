@@ -82,11 +82,12 @@ class ThetaStarPlanner:
     def _traversal_costs(self) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
         """Cost ``(256,)`` of every cost value for a step and on a line of sight; inf where it is unsafe."""
         cost = NEUTRAL_COST + COST_FACTOR * np.arange(256)
-        traversal = self.params.w_traversal_cost * (cost / MAX_NON_OBSTACLE) ** 2
+        traversal = self.params.w_traversal_cost * cost * cost / MAX_NON_OBSTACLE / MAX_NON_OBSTACLE
         stepped = traversal.copy()
         stepped[INSCRIBED_INFLATED_OBSTACLE:NO_INFORMATION] = np.inf
         passed = np.where(cost <= MAX_NON_OBSTACLE, traversal, np.inf)
-        passed[NO_INFORMATION] = self.params.w_traversal_cost * (INSCRIBED_INFLATED_OBSTACLE / MAX_NON_OBSTACLE) ** 2
+        unknown = self.params.w_traversal_cost * INSCRIBED_INFLATED_OBSTACLE * INSCRIBED_INFLATED_OBSTACLE
+        passed[NO_INFORMATION] = unknown / MAX_NON_OBSTACLE / MAX_NON_OBSTACLE
         if not self.params.allow_unknown:
             stepped[NO_INFORMATION] = passed[NO_INFORMATION] = np.inf
         return stepped, passed

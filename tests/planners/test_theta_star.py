@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import heapq
+import math
 from fractions import Fraction
 
 import numpy as np
@@ -11,7 +13,7 @@ from hypothesis import strategies as st
 
 from gym_mapbench.costmap import Costmap
 from gym_mapbench.errors import EndpointError, NoPathError, UnsafeEndpointError
-from gym_mapbench.kernels.theta_star import length_in_sight
+from gym_mapbench.kernels.theta_star import length_in_sight, search_corners
 from gym_mapbench.planners.theta_star import ThetaStarParams, ThetaStarPlanner
 from gym_mapbench.world.scenario import Pose
 
@@ -59,6 +61,74 @@ def test_a_line_of_sight_sums_a_cell_per_step_along_its_longer_axis():
     assert cells == [(0, 0), (0, 1), (1, 2), (1, 3), (2, 4), (2, 5)]
     assert beside == [(0, 2), (1, 1), (1, 4), (2, 3)]
     assert length_in_sight(np.zeros(60), np.ones(60), 10, 0, 25, 0.0, np.inf) == 5.0
+
+
+class Node:
+    """A cell of the plain twin, ordered by what its path costs with the estimate of what is left."""
+
+    def __init__(self, cell):
+        self.cell, self.length, self.key, self.parent, self.listed = cell, math.inf, math.inf, self, False
+
+    def __lt__(self, other):
+        return self.key < other.key
+
+
+def plain_corners(costs, step_cost, line_cost, start, goal, neighbours, w_euc, w_heur):
+    """Cells where a path turns; a key falls inside the heap as it stands, and the start is expanded twice."""
+    nodes = {cell: Node(cell) for cell in np.ndindex(costs.shape)}
+
+    def looks_back(node):
+        ancestor = node.parent.parent
+        cells, beside = walk(node.cell, ancestor.cell)
+        if any(math.isinf(step_cost[costs[cell]]) for cell in beside):
+            return
+        length = sum(float(line_cost[costs[cell]]) for cell in cells[:-1])
+        length = ancestor.length + w_euc * math.dist(node.cell, ancestor.cell) + length
+        if length < node.length:
+            node.length, node.parent = length, ancestor
+            node.key = length + w_heur * math.dist(node.cell, goal)
+
+    node, heap = nodes[start], [nodes[start]]
+    node.length = float(step_cost[costs[start]])
+    node.key = node.length + w_heur * math.dist(start, goal)
+    while node.cell != goal:
+        node.listed = False
+        looks_back(node)
+        for d_row, d_col in ((1, 0), (-1, 0), (0, 1), (0, -1), (-1, 1), (1, -1), (1, 1), (-1, -1))[:neighbours]:
+            near = nodes.get((node.cell[0] + d_row, node.cell[1] + d_col))
+            if near is None:
+                continue
+            length = node.length + w_euc * math.hypot(d_row, d_col) + float(step_cost[costs[near.cell]])
+            key = length + w_heur * math.dist(near.cell, goal)
+            if key < near.key:
+                near.length, near.key, near.parent = length, key, node
+                if not near.listed:
+                    near.listed = True
+                    heapq.heappush(heap, near)
+        if not heap:
+            return []
+        node = heapq.heappop(heap)
+    corners = [node.cell]
+    while node.parent is not node:
+        node = node.parent
+        corners.append(node.cell)
+    return corners[::-1]
+
+
+@given(
+    st.integers(0, 2**31), st.sampled_from([4, 8]), st.sampled_from([0.5, 1.0, 2.0]), st.sampled_from([0.0, 1.0, 2.0])
+)
+@settings(max_examples=60, deadline=None)
+def test_the_search_equals_its_plain_twin(seed, corners, w_euc, w_traversal):
+    rng = np.random.default_rng(seed)
+    shape = tuple(rng.integers(3, 25, 2))
+    costs = np.where(rng.random(shape) < 0.15, 254, rng.choice([0, 0, 40, 128, 251, 252, 255], shape)).astype(np.uint8)
+    start, goal = (tuple(int(n) for n in rng.integers(0, shape)) for _ in range(2))
+    planner = ThetaStarPlanner(ThetaStarParams(w_euc_cost=w_euc, w_traversal_cost=w_traversal))
+    asked = costs, *planner._traversal_costs()
+    weights = corners, w_euc, min(1.0, w_euc)
+    found = search_corners(*asked, *start, *goal, *weights)
+    assert [tuple(cell) for cell in found.tolist()] == plain_corners(*asked, start, goal, *weights)
 
 
 def test_free_space_is_crossed_in_one_line_short_of_the_goal():
