@@ -10,6 +10,7 @@ import yaml
 from controllers.nav2_params.yaml_edits import as_yaml
 from evolution.driving import DriveSettings
 from evolution.files import Row
+from evolution.report.benchmark_page import split_reasons
 from evolution.report.page import Attachment, Report, Section, Table, picture
 from evolution.report.replays import ReplayedMap
 from evolution.tuning import FIGURES, PARAMS, TRIALS, Tuning, drive_test
@@ -80,6 +81,7 @@ def _replayed(episodes: Sequence[Episode], radius: float) -> ReplayedMap:
 
 def _sections(tuning: Tuning) -> list[Section]:
     summary = tuning.summary
+    runs, failures = split_reasons(summary.test)
     return [
         Section(
             "Changed parameters", [] if summary.changes else ["None."], _tables("Changes", _texts(summary.changes))
@@ -88,7 +90,7 @@ def _sections(tuning: Tuning) -> list[Section]:
         Section("Importance", figures=_figures(tuning, "importance")),
         Section("Validation", [VALIDATED], _tables("Finalists", summary.finalists)),
         *([Section("Rounds", [ROUNDS], _tables("Mean cost", summary.rounds))] if summary.rounds else []),
-        Section("Test", [COMPARED], _tables("Runs", summary.test)),
+        Section("Test", [COMPARED], [*_tables("Failed runs", failures), *_tables("Runs", runs)]),
         Section("Trials", tables=_tables("Trials", summary.trials)),
     ]
 
