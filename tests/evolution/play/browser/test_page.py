@@ -125,6 +125,23 @@ def test_the_inflation_radius_changes_the_way_and_is_listed(page):
     assert text(page, "differs") == "Nothing is changed."
 
 
+def test_the_focus_goes_on_to_the_next_field_after_a_change(page):
+    Select(page.find_element(By.ID, "parameter-owner")).select_by_value("dwb")
+    page.find_element(By.ID, "parameter-search").send_keys("min_speed")
+    field, following = page.find_elements(By.CSS_SELECTOR, "#parameter-list input")[:2]
+    field.send_keys(Keys.CONTROL, "a")
+    changes(page, lambda: field.send_keys("0.05", Keys.ENTER))
+    assert page.switch_to.active_element == field
+    changes(page, lambda: field.send_keys(Keys.CONTROL, "a", Keys.NULL, "0.1", Keys.TAB))
+    assert page.switch_to.active_element == following
+    assert len(page.find_elements(By.CSS_SELECTOR, ".parameter.changed")) == 1
+    hint = page.find_element(By.CSS_SELECTOR, ".parameter .hint").text
+    assert re.search(r"\. Default -?[\d.]+ m/s\.", hint)
+    hints = page.execute_script("return document.getElementById('parameter-list').textContent")
+    assert "``" not in hints
+    changes(page, lambda: click(page, "reset"))
+
+
 def test_a_frozen_variant_stands_beside_the_changed_one(page):
     Select(page.find_element(By.ID, "parameter-owner")).select_by_value("rpp")
     changes(page, lambda: click(page, "compare"))
