@@ -70,7 +70,7 @@ def report_of_benchmark(
     """Return the page of a benchmark; the arguments are those of :func:`write_benchmark_report`."""
     driven = [_driven(result, plan, scenario, drive) for scenario in result.scenarios[:MOST_REPLAYS]]
     radius = float(plan.settings.robot.radius)
-    count = f"{len(result.scenarios)} maps, {plan.repeats} runs of each controller on each"
+    count = maps_and_runs(len(result.scenarios), plan.repeats)
     return Report(
         title="Benchmark",
         subtitle=f"{count}: {', '.join(plan.names)}; seed {plan.root_seed}",
@@ -86,6 +86,13 @@ def report_of_benchmark(
         missing=_missing(result),
         changed=[line for episodes in driven for line in _changed(result, episodes)],
     )
+
+
+def maps_and_runs(maps: int, repeats: int) -> str:
+    """Return the number of maps and of runs on each of them in words."""
+    counts = ((maps, "map"), (repeats, "run"))
+    words = ", ".join(f"{count} {noun}" if count == 1 else f"{count} {noun}s" for count, noun in counts)
+    return f"{words} of each controller on each"
 
 
 def verdict_of_benchmark(rows: Sequence[Row], controllers: Sequence[str]) -> list[str]:

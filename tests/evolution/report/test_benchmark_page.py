@@ -11,7 +11,7 @@ import pytest
 from evolution.benchmark import read_bench, score_rows, table_of_scores
 from evolution.cli import main
 from evolution.report import write_benchmark_report
-from evolution.report.benchmark_page import split_reasons, verdict_of_benchmark
+from evolution.report.benchmark_page import maps_and_runs, split_reasons, verdict_of_benchmark
 from gym_mapbench.errors import RunError
 
 OFFICE = str(Path(__file__).resolve().parents[3] / "examples" / "office.yaml")
@@ -80,6 +80,11 @@ def test_tables_of_the_page_are_for_readers():
     scores = table_of_scores(score_rows(runs("a", [20.0, 22.0, 21.0, 23.0, 24.0]), ("a",)))
     assert [row["a"] for row in scores][:2] == ["100 (56.6 to 100)", "0 (0 to 43.4)"]
     assert {row["over all maps"]: row["a"] for row in scores}["mean s"] == "22 (20.8 to 23.2)"
+
+
+@pytest.mark.parametrize(("maps", "repeats", "words"), [(1, 1, "1 map, 1 run"), (20, 3, "20 maps, 3 runs")])
+def test_maps_and_runs_in_words(maps, repeats, words):
+    assert maps_and_runs(maps, repeats) == f"{words} of each controller on each"
 
 
 def test_reasons_have_a_table_of_their_own():

@@ -60,11 +60,11 @@ def test_verdict_replays_figure_and_table_show_one_sample():
     driven = [replace(one, episodes=(SimpleNamespace(controller="dwb"),)) for one in recorded]
     verdict = next(line for line in _verdict(run) if line.startswith("map_2"))
     assert verdict == (
-        "map_2: mppi 1.3 times slower than dwb. Medians of 19 runs: dwb 23.8 s (1 outlier: 65.0 s), "
+        "map_2: mppi takes 1.3 times as long as dwb. Medians of 19 runs: dwb 23.8 s (1 outlier: 65.0 s), "
         "mppi 31.1 s, rpp 25.3 s."
     )
     replay = replayed_maps(run, driven)[1]
-    assert replay.title == "map_2: mppi 1.3 times slower than dwb"
+    assert replay.title == "map_2: mppi takes 1.3 times as long as dwb"
     assert replay.sample.startswith("Title: medians of 19 runs. Replay: run 10 of 19, ")
     table = tables_section(run).tables[0]
     (row,) = [dict(zip(table.columns, row, strict=True)) for row in table.rows if tuple(row[:3:2]) == ("map_2", "dwb")]
