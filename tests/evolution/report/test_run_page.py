@@ -9,7 +9,7 @@ from types import SimpleNamespace
 import pytest
 
 from evolution.pictures import recorded_maps
-from evolution.report.run_page import _held, _outcome, _unfinished, _verdict, replayed_maps
+from evolution.report.run_page import _held, _objectives, _outcome, _penalties, _unfinished, _verdict, replayed_maps
 from evolution.report.sections import _genes_rows, _how_to_read, tables_section
 from evolution.runs import load_run
 from gym_mapbench.world.genome import Genome
@@ -39,6 +39,12 @@ def a_run(bests, finished=True, driven=7, **search):
 )
 def test_a_gain_is_said_where_fitnesses_can_be_compared(run, expected):
     assert expected in _outcome(run)
+
+
+def test_a_fitness_above_0_is_explained_and_all_objectives_are_named():
+    assert _penalties(52.92)[0].startswith("A fitness above 0 is a sum of penalties")
+    assert _penalties(-2.5) == []
+    assert _objectives({"fitness": "gini", "objectives": ["n_obstacles"]}) == ["gini fitness", "n_obstacles"]
 
 
 def test_an_unfinished_run_is_not_called_unconfirmed():
