@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from typing import Any
 
-from controllers.nav2_params import NavigationParams, write_nav2_params
+from controllers.nav2_params import write_nav2_params
 from controllers.nav2_params.filters_writing import filter_values
 from controllers.nav2_params.values import COSTMAPS
 from evolution.benchmark.configurations import Configuration
@@ -14,14 +14,18 @@ from evolution.files import Row
 from gym_mapbench.costmap import FILTERS
 from gym_mapbench.ros_params import leaves
 
+SERVER = "controller_server."
+
 
 def parameter_rows(configurations: Sequence[Configuration]) -> tuple[Row, ...]:
     """Return a row for each key whose value is not the same in all configurations.
 
     The keys are those of ROS without ``ros__parameters``; those of the robot and of the world have ``world.`` in front.
-    A configuration that does not have a key has an empty text.
+    A configuration that does not have a key has an empty text. Files may call one controller differently: if two
+    configurations each run one controller of a kind, its keys have the name that it has in the first configuration.
     """
-    values = {one.label: keys_of(one.plan) for one in configurations}
+    first = _names_by_kind(configurations[0].plan)
+    values = {one.label: _renamed(keys_of(one.plan), _new_names(one.plan, first)) for one in configurations}
     names = dict.fromkeys(name for found in values.values() for name in found)
     rows = [{"key": name, **{label: found.get(name, "") for label, found in values.items()}} for name in names]
     return tuple(row for row in rows if len({row[one.label] for one in configurations}) > 1)
@@ -38,19 +42,45 @@ def keys_of(plan: JobPlan) -> dict[str, str]:
     document = write_nav2_params(navigation.replace(**bare), use_sim_time=True)
     keys = {_short(name): value for name, value in leaves(document)}
     keys |= dict(leaves({name: filter_values(one) for name, one in costmaps.items()}))
-    others = tuple(f"controller_server.{name}." for name in _others(navigation, plan))
+    others = tuple(f"{SERVER}{name}." for name in {*navigation.controllers} - {*_running(plan)})
     kept = {name: value for name, value in keys.items() if not name.startswith(others)}
-    kept.pop("controller_server.controller_plugins", None)
+    kept.pop(f"{SERVER}controller_plugins", None)
     kept |= {f"world.{name}": value for name, value in leaves(world)}
     kept |= {f"{spec.name}.{name}": value for spec in plan.controllers for name, value in leaves(spec.params)}
     return {name: _text(value) for name, value in kept.items()}
 
 
-def _others(navigation: NavigationParams, plan: JobPlan) -> list[str]:
-    """Return the names of the controllers that do not run."""
+def _running(plan: JobPlan) -> dict[str, str]:
+    """Return the kind of each controller of the parameter file that runs, by its name there."""
     used = {spec.registered_name for spec in plan.controllers}
-    kinds: Mapping[str, Any] = navigation.controllers
-    return [name for name, one in kinds.items() if not {name, one.kind} & used]
+    plugins: Mapping[str, Any] = plan.settings.navigation.controllers
+    return {name: one.kind for name, one in plugins.items() if {name, one.kind} & used}
+
+
+def _names_by_kind(plan: JobPlan) -> dict[str, str]:
+    """Return the name of the controller that runs of each kind; a kind of which several run is left out."""
+    running = _running(plan)
+    kinds = list(running.values())
+    return {kind: name for name, kind in running.items() if kinds.count(kind) == 1}
+
+
+def _new_names(plan: JobPlan, first: Mapping[str, str]) -> dict[str, str]:
+    """Return the names of controllers in the first configuration, by their names in this one.
+
+    Nothing is renamed if another controller of this configuration has one of these names.
+    """
+    found = {name: first[kind] for kind, name in _names_by_kind(plan).items() if kind in first}
+    return {} if {*found.values()} & ({*_running(plan)} - {*found}) else found
+
+
+def _renamed(keys: Mapping[str, str], names: Mapping[str, str]) -> dict[str, str]:
+    """Return values by key with other names of controllers."""
+    found = {}
+    for key, value in keys.items():
+        name, dot, rest = key.removeprefix(SERVER).partition(".")
+        is_controller = key.startswith(SERVER) and dot and name in names
+        found[f"{SERVER}{names[name]}.{rest}" if is_controller else key] = value
+    return found
 
 
 def _short(name: str) -> str:

@@ -8,7 +8,14 @@ from __future__ import annotations
 
 from evolution.pictures.animation import Frame, check_display, check_film, frames, save_animation, show_animation
 from evolution.pictures.comparison_film import save_comparison
-from evolution.pictures.map_figures import DrivenMap, draw_map, draw_trajectories, map_set_figure, maps_figure
+from evolution.pictures.map_figures import (
+    PEOPLE_COLOUR,
+    DrivenMap,
+    draw_map,
+    draw_trajectories,
+    map_set_figure,
+    maps_figure,
+)
 from evolution.pictures.parameter_figures import sweep_figure
 from evolution.pictures.plots import (
     box_figure,
@@ -34,6 +41,7 @@ from evolution.pictures.tuning_figures import front_figure, history_figure, impo
 __all__ = [
     "FIGURES",
     "FORMATS",
+    "PEOPLE_COLOUR",
     "DrivenMap",
     "Frame",
     "best_maps_figure",

@@ -36,6 +36,8 @@ INTERVALS = (
     f"differences. The bootstrap resamples maps if there are {FEWEST_FOR_INTERVAL} or more, else runs; with fewer than "
     f"{FEWEST_FOR_INTERVAL} runs there is no interval."
 )
+REASONS = ("map", "controller", "repeat", "outcome", "reason")
+"""Columns of the table of failed runs."""
 
 
 def write_benchmark_report(
@@ -68,7 +70,7 @@ def report_of_benchmark(
     """Return the page of a benchmark; the arguments are those of :func:`write_benchmark_report`."""
     driven = [_driven(result, plan, scenario, drive) for scenario in result.scenarios[:MOST_REPLAYS]]
     radius = float(plan.settings.robot.radius)
-    count = f"{len(result.scenarios)} maps, {plan.repeats} runs of each controller on each"
+    count = maps_and_runs(len(result.scenarios), plan.repeats)
     return Report(
         title="Benchmark",
         subtitle=f"{count}: {', '.join(plan.names)}; seed {plan.root_seed}",
@@ -84,6 +86,13 @@ def report_of_benchmark(
         missing=_missing(result),
         changed=[line for episodes in driven for line in _changed(result, episodes)],
     )
+
+
+def maps_and_runs(maps: int, repeats: int) -> str:
+    """Return the number of maps and of runs on each of them in words."""
+    counts = ((maps, "map"), (repeats, "run"))
+    words = ", ".join(f"{count} {noun}" if count == 1 else f"{count} {noun}s" for count, noun in counts)
+    return f"{words} of each controller on each"
 
 
 def verdict_of_benchmark(rows: Sequence[Row], controllers: Sequence[str]) -> list[str]:
@@ -171,18 +180,27 @@ def _missing(result: Benchmark) -> list[str]:
 
 
 def _tables(result: Benchmark, controllers: Sequence[str]) -> list[PageTable]:
+    runs, failures = split_reasons(result.rows)
     return [
         page_table("Controllers", table_of_scores(result.table("controllers"))),
         *([page_table("Pairs", table_of_pairs(result.table("pairs")))] if len(controllers) > 1 else []),
         page_table("Maps", result.table()),
-        page_table("Runs", Table(map(_long_last, result.rows))),
+        *([page_table("Failed runs", Table(failures))] if failures else []),
+        page_table("Runs", Table(runs)),
     ]
 
 
-def _long_last(row: Row) -> Row:
-    """Return a run with its seed and its reason as the last columns, which a narrow page may cut off."""
-    ends = ("seed", "reason")
-    return {name: row[name] for name in (*(one for one in row if one not in ends), *ends)}
+def split_reasons(rows: Sequence[Row]) -> tuple[list[Row], list[Row]]:
+    """Return the runs without their reasons and with the seed last, and the runs with a reason.
+
+    A reason is several lines long; among twenty columns of numbers it would make its row high and lie outside the page.
+
+    Args:
+        rows: Runs, with the seed and the reason of each.
+    """
+    moved = ("seed", "reason")
+    runs = [{name: row[name] for name in (*(one for one in row if one not in moved), "seed")} for row in rows]
+    return runs, [{name: row[name] for name in REASONS} for row in rows if row["reason"]]
 
 
 def page_table(caption: str, table: Table) -> PageTable:

@@ -23,7 +23,7 @@ from evolution.benchmark import (
 from evolution.driving import Job, drive
 from evolution.files import Row, write_text
 from evolution.pictures import sweep_figure
-from evolution.report.benchmark_page import INTERVALS, page_table, typical_run
+from evolution.report.benchmark_page import INTERVALS, maps_and_runs, page_table, typical_run
 from evolution.report.page import Attachment, Report, Section, Table, picture, render_page
 from evolution.report.replays import ReplayedMap
 from gym_mapbench.errors import RunError
@@ -57,8 +57,8 @@ def write_comparison_report(
     plan = result.configurations[0].plan
     report = Report(
         title="Comparison of parameter sets",
-        subtitle=f"{', '.join(result.by_label)} on {len(result.scenarios)} maps, {plan.repeats} runs of each "
-        f"controller on each; seed {plan.root_seed}",
+        subtitle=f"{', '.join(result.by_label)} on {maps_and_runs(len(result.scenarios), plan.repeats)}; "
+        f"seed {plan.root_seed}",
         verdict=verdict_of_comparison(result),
         command=shlex.join(["mapbench", *arguments]) if arguments else "evolution.compare(...), see the configuration",
         configuration=yaml.safe_dump(document, sort_keys=False),

@@ -37,6 +37,13 @@
       item.append(sample(name), name);
       byId("legend").append(item);
     });
+    if (data.maps.some((map) => map.bodies)) {
+      const item = document.createElement("span"), disc = document.createElement("i");
+      disc.className = "disc";
+      disc.style.background = data.people;
+      item.append(disc, "people");
+      byId("legend").append(item);
+    }
     data.groups.forEach((name, index) => group.add(new Option(name, String(index))));
     byId("group-label").hidden = data.groups.length < 2;
   }
@@ -139,7 +146,7 @@
   function drawBody(pen, panel, body) {
     const index = Math.min(body.x.length - 1, Math.round(now / panel.map.period));
     const [x, y] = place(panel, body.x[index], body.y[index]);
-    pen.fillStyle = css("--soft");
+    pen.fillStyle = data.people;
     pen.beginPath();
     pen.arc(x, y, body.radius * panel.scale, 0, 2 * Math.PI);
     pen.fill();

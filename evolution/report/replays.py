@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from evolution.pictures import colour_of
+from evolution.pictures import PEOPLE_COLOUR, colour_of
 from gym_mapbench.kernels.rectangles import merge_rectangles
 from gym_mapbench.metrics.episode import RECOVERY_KINDS, Episode, Event
 from gym_mapbench.world.crowd import Track, place_crowd
@@ -46,6 +46,7 @@ def replays_of(maps: Sequence[ReplayedMap]) -> dict[str, Any]:
     return {
         "controllers": names,
         "colours": {name: colour_of(names, name) for name in names},
+        "people": PEOPLE_COLOUR,
         "groups": list(dict.fromkeys(shown.group for shown in maps)),
         "maps": [_replayed_map(shown) for shown in maps],
     }

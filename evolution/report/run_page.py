@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Sequence
+from collections.abc import Iterable, Mapping, Sequence
+from typing import Any
 
 import yaml
 
@@ -40,7 +41,7 @@ def report_of_run(
     return Report(
         title=f"Evolved maps: {run.path.name}",
         subtitle=(
-            f"{search['judging']['fitness']} fitness, population {search['ga']['pop_size']}, "
+            f"{' and '.join(_objectives(search['judging']))}, population {search['ga']['pop_size']}, "
             f"{run.checkpoint['evaluations']} evaluations, seed {search['seed']}, "
             f"controllers {', '.join(run.controllers)}"
         ),
@@ -53,6 +54,11 @@ def report_of_run(
         missing=[*missing, *written_elsewhere(run.config), *_unfinished(run), *_errors(run), *failed],
         changed=changed_replays(run, driven),
     )
+
+
+def _objectives(judging: Mapping[str, Any]) -> list[str]:
+    """Return the names of the objectives of a search, beginning with the fitness."""
+    return [f"{judging['fitness']} fitness", *judging.get("objectives", ())]
 
 
 def changed_replays(run: LoadedRun, driven: Sequence[DrivenMap]) -> list[str]:
@@ -98,8 +104,17 @@ def _verdict(run: LoadedRun) -> list[str]:
     maps = [summary_of_map(entry["name"], entry["runs"]).in_words for entry in run.best_results["maps"]]
     maps += slow_everywhere_sentence(run.best_results, run.config["search"])
     if run.best_results.get("validation"):
-        return [*validation_sentence(run.best_results, run.config["search"]), *front_lines(run), *maps]
-    return [_outcome(run), *_held(run), *front_lines(run), *maps]
+        found = validation_sentence(run.best_results, run.config["search"])
+    else:
+        found = [_outcome(run), *_held(run)]
+    return [*found, *_penalties(run.best_results["fitness"]), *front_lines(run), *maps]
+
+
+def _penalties(fitness: float) -> list[str]:
+    """Say what a fitness above 0 means; nothing of another fitness."""
+    if fitness <= 0:
+        return []
+    return ["A fitness above 0 is a sum of penalties: runs fail, or the maps do not have the wanted differences."]
 
 
 def _outcome(run: LoadedRun) -> str:

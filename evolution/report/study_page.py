@@ -147,8 +147,9 @@ def report_of_study(
     return Report(
         title=f"Study: {settings.name}",
         subtitle=(
-            f"{len(settings.configurations)} configurations x {settings.runs} runs, {settings.budget} map sets "
-            f"evaluated in each; controllers {', '.join(controllers) or 'unknown'}; {len(results.runs)} runs finished"
+            f"{len(settings.configurations)} configurations x {settings.runs} searches, {settings.budget} map sets "
+            f"evaluated in each; controllers {', '.join(controllers) or 'unknown'}; {len(results.runs)} searches "
+            "finished"
         ),
         verdict=verdict_of(results, analysis),
         command=_command(results),
@@ -183,30 +184,31 @@ def _tables(analysis: StudyAnalysis, best_sets: Sequence[BestSet]) -> list[Table
     if rows := reported_fitness_rows(results):
         note = (
             "Reported and held-out fitness of the best sets; the interval is the 95 % interval of the median over "
-            "runs. A mean trial is the mean fitness of the held-out trials of a set, of which one that loses the ranks "
-            "counts as 0 or its penalty. Two re-evaluations of the same set, resampled from its held-out seeds, differ "
-            "by 0.5 at most in the next share, which is what a report without selection bias can reach. Rank agreement "
-            "counts over all held-out trials. All roles are filled if on one map all controllers are within a factor "
-            "of 1.2, on another two groups are further apart than that, and so on. A12 and p (corrected by Holm over "
-            "these rows) compare with the first configuration of the same fitness, navigation and held-out noise."
+            "searches. A mean trial is the mean fitness of the held-out trials of a set, of which one that loses the "
+            "ranks counts as 0 or its penalty. Two re-evaluations of the same set, resampled from its held-out seeds, "
+            "differ by 0.5 at most in the next share, which is what a report without selection bias can reach. Rank "
+            "agreement counts over all held-out trials. All roles are filled if on one map all controllers are within "
+            "a factor of 1.2, on another two groups are further apart than that, and so on. A12 and p (corrected by "
+            "Holm over these rows) compare with the first configuration of the same fitness, navigation and held-out "
+            "noise."
         )
         tables.append(table_of("Reported and held-out fitness", REPORTED, rows, note))
     tables += [table for best in best_sets if best.run.reevaluation is not None for table in _best_set_tables(best.run)]
     if results.runs:
         note = (
-            "All runs of a study share one store of results. A run reuses the results of earlier runs, so the last two "
-            "columns depend on the order of the runs."
+            "All searches of a study share one store of results. A search reuses the runs of earlier searches, so the "
+            "last two columns depend on the order of the searches."
         )
-        tables.append(table_of("Every run", RUNS, results.rows(), note))
+        tables.append(table_of("Every search", RUNS, results.rows(), note))
     return tables
 
 
 def _comparison_tables(comparison: Comparison) -> list[Table]:
     """Table 5.2 and the tests behind the verdict."""
     title = comparison.title
-    note = f"The interval is a bootstrap interval of the median, given for {FEWEST_FOR_INTERVAL} runs or more."
+    note = f"The interval is a bootstrap interval of the median, given for {FEWEST_FOR_INTERVAL} searches or more."
     rows = summary_rows(comparison)
-    tables = [table_of(f"Best fitness of a run: {title} (thesis, Table 5.2)", SUMMARY, rows, note)]
+    tables = [table_of(f"Best fitness of a search: {title} (thesis, Table 5.2)", SUMMARY, rows, note)]
     if rows := pair_rows(comparison):
         columns = PAIRS | ({"by_construction": "by construction"} if comparison.by_construction else {})
         tables.append(table_of(f"Every pair of configurations: {title}", columns, rows, _pairs_note(comparison)))
@@ -226,8 +228,9 @@ def _pairs_note(comparison: Comparison) -> str:
     """Return the note of the table of pairs."""
     note = (
         "The first configuration has the better median. p: Mann-Whitney U test, corrected by Holm. A12 is the share of "
-        "pairs of runs in which the first is better; ties count half (0.5: no effect). Runs with one seed share their "
-        "first population. The tests treat runs as independent, which is conservative under positive dependence."
+        "pairs of searches in which the first is better; ties count half (0.5: no effect). Searches with one seed "
+        "share their first population. The tests treat searches as independent, which is conservative under positive "
+        "dependence."
     )
     if not comparison.by_construction:
         return note
@@ -259,7 +262,7 @@ def _not_shown(results: StudyResults, best_sets: Sequence[BestSet]) -> list[str]
             lines.append(f"{name}: no replay, none of its best sets could be loaded and re-run")
         elif shown[name] is not best:
             lines.append(
-                f"{name}: the best run (seed {best.seed}) could not be loaded and re-run; seed "
+                f"{name}: the best search (seed {best.seed}) could not be loaded and re-run; seed "
                 f"{shown[name].seed} is shown"
             )
     return lines

@@ -10,6 +10,7 @@ import yaml
 from controllers.nav2_params.yaml_edits import as_yaml
 from evolution.driving import DriveSettings
 from evolution.files import Row
+from evolution.report.benchmark_page import split_reasons
 from evolution.report.page import Attachment, Report, Section, Table, picture
 from evolution.report.replays import ReplayedMap
 from evolution.tuning import FIGURES, PARAMS, TRIALS, Tuning, drive_test
@@ -17,10 +18,9 @@ from gym_mapbench.metrics.episode import Episode
 
 MOST_REPLAYS = 6
 """Largest number of test maps with replays."""
-COMPARED = (
-    "The own values and the tuned values run on the same test maps with the same seeds. The search has used neither "
-    "these maps nor these seeds."
-)
+OWN_ALONE = "Only the own values run on the test maps, as no trial is better."
+COMPARED = "The own values and the tuned values run on the same test maps with the same seeds."
+UNSEEN = "The search has used neither these maps nor these seeds."
 SEARCHED = (
     "Trial 0 has the own values. Each trial runs on the training maps in an order of its own and stops if the Wilcoxon "
     "test says that it is worse than the best trial. The cost of a run is its time over the time of the shortest path "
@@ -72,14 +72,16 @@ def _command(controller: str, settings: Mapping[str, Any]) -> str:
 
 
 def _replayed(episodes: Sequence[Episode], radius: float) -> ReplayedMap:
-    """Return the replay of a test map with the outcomes in its title."""
+    """Return the replay of a test map with the outcomes in its title; own values alone have no difference."""
     name = episodes[0].scenario.name
     runs = ", ".join(f"{one.controller} {one.outcome} after {one.time:.1f} s" for one in episodes)
-    return ReplayedMap(f"{name}: {runs}", episodes, radius, sample="One of the test maps with the largest difference.")
+    sample = "One of the test maps with the largest difference." if len(episodes) > 1 else ""
+    return ReplayedMap(f"{name}: {runs}", episodes, radius, sample=sample)
 
 
 def _sections(tuning: Tuning) -> list[Section]:
     summary = tuning.summary
+    runs, failures = split_reasons(summary.test)
     return [
         Section(
             "Changed parameters", [] if summary.changes else ["None."], _tables("Changes", _texts(summary.changes))
@@ -88,7 +90,11 @@ def _sections(tuning: Tuning) -> list[Section]:
         Section("Importance", figures=_figures(tuning, "importance")),
         Section("Validation", [VALIDATED], _tables("Finalists", summary.finalists)),
         *([Section("Rounds", [ROUNDS], _tables("Mean cost", summary.rounds))] if summary.rounds else []),
-        Section("Test", [COMPARED], _tables("Runs", summary.test)),
+        Section(
+            "Test",
+            [f"{COMPARED if summary.changes else OWN_ALONE} {UNSEEN}"],
+            [*_tables("Failed runs", failures), *_tables("Runs", runs)],
+        ),
         Section("Trials", tables=_tables("Trials", summary.trials)),
     ]
 

@@ -81,12 +81,19 @@ def front_sentence(front: Sequence[Row], individuals: Sequence[Row], names: Sequ
     before = box.volume_of(_table(again, names))
     after = box.volume_of(_table([row for row in again if row["remains"]], [HELD_OUT + name for name in names]))
     goals, runs = (sum(row[name] for row in again) for name in ("goals", "runs"))
-    left = sum(row["remains"] for row in again)
     return [
-        f"{len(again)} of the {len(front)} sets of the Pareto front were re-evaluated on held-out seeds; {left} remain "
-        f"on it. Their hypervolume is {after:.2f}, where the search reported {before:.2f}. {goals} of {runs} runs "
-        "reach the goal."
+        f"{_remaining(len(front), len(again), sum(row['remains'] for row in again))} Their hypervolume is {after:.2f}, "
+        f"where the search reported {before:.2f}. {goals} of {runs} runs reach the goal."
     ]
+
+
+def _remaining(sets: int, again: int, left: int) -> str:
+    """Say how many sets of a front were re-evaluated, and how many of these remain on it."""
+    which = "the only set" if sets == 1 else f"{again} of the {sets} sets"
+    whether = "it remains" if left else "it does not remain"
+    if again > 1:
+        whether = f"{left} of these {'remains' if left == 1 else 'remain'}"
+    return f"The search re-evaluated {which} of the Pareto front on held-out seeds; {whether} on it."
 
 
 class _Box:

@@ -89,13 +89,18 @@ class MapSummary:
 
     @property
     def difference(self) -> str:
-        """Which controller is slowest, and by how much; or that all are alike; or which never reaches the goal."""
+        """Which controller is slowest, and by how much; or that all are alike; or which never reaches the goal.
+
+        Of a single controller its median time.
+        """
         if self.lost:
             return f"{', '.join(self.lost)} {'never reaches' if len(self.lost) == 1 else 'never reach'} the goal"
+        if len(self.controllers) == 1:
+            return f"{self.ordered[0].controller} {self.ordered[0].median:.1f} s"
         if self.alike:
             return f"all alike (within {100 * (SIMILAR - 1):.0f} %)"
         fast, slow = self.ordered[0], self.ordered[-1]
-        return f"{slow.controller} {self.ratio:.1f} times slower than {fast.controller}"
+        return f"{slow.controller} takes {self.ratio:.1f} times as long as {fast.controller}"
 
     @property
     def runs(self) -> str:
@@ -113,6 +118,8 @@ class MapSummary:
     def in_words(self) -> str:
         """The difference, the sample, and the time of every controller."""
         times = ", ".join(one.in_words for one in self.controllers)
+        if len(self.controllers) == 1:
+            return f"{self.name}, {self.sample}: {times}."
         return f"{self.name}: {self.difference}. {self.sample.capitalize()}: {times}."
 
 

@@ -10,11 +10,14 @@ from controllers.rl import as_controller
 from evolution import bench
 from evolution.driving import ControllerSpec, DriveSettings, JobPlan
 from evolution.driving.one_run import environment_for, run_episode
+from evolution.pictures import PEOPLE_COLOUR
 from evolution.pictures.animation import frames
+from evolution.report.page import Report, render_page
 from evolution.report.replays import ReplayedMap, replays_of
 from gym_mapbench.env.config import EnvConfig
 from gym_mapbench.env.render import BODY
 from gym_mapbench.metrics import Event, measure
+from tests.evolution.browser import NEEDS_CHROMIUM, open_chromium
 from tests.worlds import among, line, social
 
 SCENARIO = among(line((2.5, 0.8), (0.5, 0.8), 0.5))
@@ -72,6 +75,24 @@ def test_replays_hold_the_bodies_until_the_last_run_ends(episode):
     assert shown["period"] * (len(body["x"]) - 1) >= episode.time
     assert body["x"][:3] == pytest.approx([2.5, 2.45, 2.4])
     assert set(body["y"]) == {0.8}
+
+
+@NEEDS_CHROMIUM
+def test_the_legend_and_the_replay_show_people_in_the_colour_of_the_figures(episode, tmp_path):
+    page = tmp_path / "page.html"
+    maps = [ReplayedMap("room", [episode], 0.22)]
+    page.write_text(render_page(Report("Room", "", ["A verdict."], "", "", maps)), encoding="utf-8")
+    red, green, blue = (int(PEOPLE_COLOUR[place : place + 2], 16) for place in (1, 3, 5))
+    find = """const canvas = document.querySelector('canvas'), pen = canvas.getContext('2d'), [r, g, b] = arguments;
+        const {data} = pen.getImageData(0, 0, canvas.width, canvas.height);
+        for (let i = 0; i < data.length; i += 4) if (data[i] == r && data[i + 1] == g && data[i + 2] == b) return true;
+        return false;"""
+    with open_chromium(height=900) as browser:
+        browser.get(page.as_uri())
+        assert browser.find_element("id", "legend").text.split() == ["ahead", "people"]
+        disc = browser.find_element("css selector", "#legend .disc").value_of_css_property("background-color")
+        assert disc == f"rgba({red}, {green}, {blue}, 1)"
+        assert browser.execute_script(find, red, green, blue)
 
 
 def test_replays_without_bodies_say_nothing_of_them():

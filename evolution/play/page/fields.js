@@ -26,14 +26,15 @@ export function choice(choices, value, onValue) {
 
 function numeric(parameter, value, onValue) {
   const input = document.createElement("input");
+  let kept = value;
   input.type = "number";
   input.step = parameter.kind === "int" ? "1" : "any";
   input.value = String(value);
   input.addEventListener("change", () => {
     const given = Number(input.value);
     const usable = input.value.trim() !== "" && Number.isFinite(given) && (parameter.kind === "float" || Number.isInteger(given));
-    if (usable) onValue(given);
-    else input.value = String(value);
+    if (usable) onValue(kept = given);
+    else input.value = String(kept);
   });
   return input;
 }
@@ -43,24 +44,27 @@ function text(parameter, value, onValue) {
   const input = document.createElement("input");
   input.type = "text";
   const isText = parameter.kind === "str";
+  let kept = value;
   input.value = isText ? String(value) : JSON.stringify(value);
   input.addEventListener("change", () => {
     try {
-      onValue(isText ? input.value : JSON.parse(input.value));
+      kept = isText ? input.value : JSON.parse(input.value);
     } catch {
-      input.value = JSON.stringify(value);
+      input.value = JSON.stringify(kept);
+      return;
     }
+    onValue(kept);
   });
   return input;
 }
 
-/* A row with name, input, and what is known of the parameter. */
+/* A row with name, input, and what is known of the parameter; onValue returns whether a value is a changed one. */
 export function row(parameter, value, changed, onValue) {
   const shown = document.createElement("div"), label = document.createElement("label"), key = document.createElement("span");
   shown.className = changed ? "parameter changed" : "parameter";
   key.className = "key";
   key.textContent = parameter.key;
-  label.append(key, field(parameter, value, onValue));
+  label.append(key, field(parameter, value, (given) => shown.classList.toggle("changed", onValue(given))));
   const hint = document.createElement("p");
   hint.className = "hint";
   hint.textContent = words(parameter);
@@ -69,8 +73,9 @@ export function row(parameter, value, changed, onValue) {
 }
 
 function words({ text: says, unit, low, high, default: own }) {
-  const range = low === null || high === null ? "" : `${short(low)} to ${short(high)}`;
-  return [says, [`default ${JSON.stringify(own)}`, unit, range].filter(Boolean).join(", ")].filter(Boolean).join(" ");
+  const sentences = [says.replaceAll("``", "").replace(/[.;,]$/, ""), `Default ${JSON.stringify(own)}${unit && ` ${unit}`}`];
+  if (low !== null && high !== null) sentences.push(`Range ${short(low)} to ${short(high)}`);
+  return sentences.filter(Boolean).map((one) => `${one}.`).join(" ");
 }
 
 function short(value) { return Number(value.toPrecision(4)).toString(); }

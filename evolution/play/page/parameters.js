@@ -54,11 +54,14 @@ export class Parameters {
     byId("differs").textContent = words.length ? `What differs: ${words.join("; ")}.` : "Nothing is changed.";
   }
 
+  /* Takes a value; whether it is another than the default. The rows stay, so that the keyboard's focus stays in them. */
   set(parameter, value) {
-    if (JSON.stringify(value) === JSON.stringify(parameter.default)) delete this.values[parameter.key];
-    else this.values[parameter.key] = value;
-    this.show();
+    const changed = JSON.stringify(value) !== JSON.stringify(parameter.default);
+    if (changed) this.values[parameter.key] = value;
+    else delete this.values[parameter.key];
+    this.differs();
     this.onChange();
+    return changed;
   }
 
   reset() {

@@ -127,7 +127,7 @@ class _Judged:
 
     def populations(self) -> list[StudyFigure]:
         """Figure 5.1, for every group of configurations that differ only in population size."""
-        caption = f"Best fitness so far by population, mean and SD over runs ({self.judge.name}; thesis, 5.1)"
+        caption = f"Best fitness so far by population, mean and SD over searches ({self.judge.name}; thesis, 5.1)"
         return [
             self._save(f"populations_{number}", caption, self._curves(test.groups))
             for number, test in enumerate(self.comparisons[0].populations, start=1)
@@ -136,7 +136,7 @@ class _Judged:
     def progress(self) -> StudyFigure:
         """Convergence of all methods, baselines included (for one method: figure 5.4)."""
         caption = (
-            f"Best fitness so far over the budget, mean and SD over runs; baselines dashed ({self.judge.name}; "
+            f"Best fitness so far over the budget, mean and SD over searches; baselines dashed ({self.judge.name}; "
             "thesis, 5.4)"
         )
         return self._save("progress", caption, self._curves(list(self.judge.groups)))
@@ -144,7 +144,7 @@ class _Judged:
     def final(self) -> StudyFigure:
         """Figure 5.2, reported and held out."""
         boxes = {QUANTITIES[one.quantity]: one.values for one in self.comparisons}
-        caption = f"Fitness of the best set of every run ({self.judge.name}; thesis, 5.2)"
+        caption = f"Fitness of the best set of every search ({self.judge.name}; thesis, 5.2)"
         return self._save("final", caption, box_figure(boxes, highest=self._highest))
 
     def selection_bias(self) -> list[StudyFigure]:

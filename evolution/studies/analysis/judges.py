@@ -93,7 +93,7 @@ def name_of(search: EvolveSettings, scales: Sequence[float] = ()) -> str:
     if len(scales) == 1:
         words.append(f"cluster_scale {_short(scales[0])}")
     elif scales:
-        words.append("cluster_scale calibrated by every run")
+        words.append("cluster_scale calibrated by every search")
     return f"{search.judging.fitness} fitness" + (f" ({', '.join(words)})" if words else "")
 
 

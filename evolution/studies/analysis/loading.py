@@ -181,8 +181,8 @@ def _absent(name: str, seeds: Sequence[int], runs: int) -> list[str]:
     if not seeds:
         return []
     if len(seeds) == runs:
-        return [f"{name}: none of its {runs} runs was begun"]
-    return [f"{name}: {len(seeds)} of {runs} runs were not begun (seeds {', '.join(map(str, seeds))})"]
+        return [f"{name}: none of its {runs} searches was begun"]
+    return [f"{name}: {len(seeds)} of {runs} searches were not begun (seeds {', '.join(map(str, seeds))})"]
 
 
 def _errors(run: StudyRun) -> list[str]:

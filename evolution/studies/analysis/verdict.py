@@ -28,7 +28,7 @@ def verdict_of(results: StudyResults, analysis: StudyAnalysis | None = None) -> 
         analysis: Its comparisons, if they are there already.
     """
     if not results.runs:
-        return ["No run of this study is finished."]
+        return ["No search of this study is finished."]
     analysis = analysis or analyse(results)
     rows = held_out_rows(results)
     sentences = [sentence for judge in analysis.judges for sentence in _of_judge(judge, analysis, rows)]
@@ -40,7 +40,7 @@ def _held_out_against(analysis: StudyAnalysis) -> list[str]:
     rows = {row["configuration"]: row for row in reported_fitness_rows(analysis.results)}
     return [
         f"Median held-out fitness: {_held_out(row)}; {_held_out(rows[row['against']])}. Lower is better: {name} is "
-        f"better in {100 * row['a12']:.0f} % of pairs of runs (A12; {_p(row['p_holm'])})."
+        f"better in {100 * row['a12']:.0f} % of pairs of searches (A12; {_p(row['p_holm'])})."
         for name, row in rows.items()
         if row["against"]
         and row["p_holm"] < ALPHA
@@ -75,8 +75,8 @@ def _other_scales(judge: Judge) -> str:
     """Return why nothing is compared."""
     low, high = judge.scales[0], judge.scales[-1]
     return (
-        f"{_capital(judge.name)}: not compared. Every run calibrated its own cluster scale ({low:.3g} to {high:.3g}), "
-        f"so the values of different runs are on different scales ({_list(list(judge.groups))})."
+        f"{_capital(judge.name)}: not compared. Every search calibrated its own cluster scale ({low:.3g} to "
+        f"{high:.3g}), so the values of different searches are on different scales ({_list(list(judge.groups))})."
     )
 
 
@@ -98,7 +98,7 @@ def _winner(comparison: Comparison) -> list[str]:
         shown = _list([_behind(pair, comparison) for pair in equal])
         sentences.append(f"No significant difference between {best} and {shown}.")
     if hopeless:
-        sentences.append(f"The runs are too few for a significant difference from {_list(hopeless)}.")
+        sentences.append(f"The searches are too few for a significant difference from {_list(hopeless)}.")
     if nested:
         sentences.append(
             f"{best} selects among all maps of {_list(nested)} afterwards. Its reported fitness cannot be worse, so "
@@ -110,12 +110,12 @@ def _winner(comparison: Comparison) -> list[str]:
 def _left_out(judge: Judge, compared: Comparison) -> list[str]:
     """Return the runs that the comparison of held-out fitness leaves out."""
     absent = {name: sum(run.reevaluation is None for run in runs) for name, runs in judge.groups.items()}
-    named = [f"{name} ({count} of {len(judge.groups[name])} runs)" for name, count in absent.items() if count]
+    named = [f"{name} ({count} of {len(judge.groups[name])} searches)" for name, count in absent.items() if count]
     if not named:
         return []
     if compared.quantity == "fitness":
         return [
-            "Fewer than half of the runs are re-evaluated, so this compares the reported fitness. "
+            "Fewer than half of the searches are re-evaluated, so this compares the reported fitness. "
             f"Not re-evaluated: {_list(named)}."
         ]
     return [f"Left out, because not re-evaluated yet: {_list(named)}."]
@@ -138,7 +138,7 @@ def _behind(pair: TestResult, comparison: Comparison) -> str:
     first, second = pair.groups
     lead = comparison.summaries[second].median - comparison.summaries[first].median
     behind = "no pattern in the median" if lead >= NO_PATTERN_LEAD else f"median {lead:.2f} behind"
-    better = f"{first} better in {100 * pair.effect:.0f} % of pairs of runs, A12"
+    better = f"{first} better in {100 * pair.effect:.0f} % of pairs of searches, A12"
     return f"{second} ({behind}; {better}; {_p(pair.p_value)}; n = {pair.n[0]} and {pair.n[1]})"
 
 

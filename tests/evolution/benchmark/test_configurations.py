@@ -77,6 +77,31 @@ def test_keys_that_differ():
     )
 
 
+def with_names(label, **names):
+    """The parameters of the thesis, in which the controllers have other names."""
+    made = configuration_of(label, "thesis", ["dwb", "rpp"])
+    navigation = made.plan.settings.navigation
+    plugins = {names.get(name, name): plugin for name, plugin in navigation.controllers.items()}
+    settings = made.plan.settings.replace(navigation=navigation.replace(controllers=plugins))
+    return replace(made, plan=replace(made.plan, settings=settings))
+
+
+def test_controllers_of_one_kind_are_compared_whatever_their_names():
+    first, second = with_names("a", dwb="FollowPath"), with_names("b", dwb="Dwa", rpp="Pursuit")
+    assert parameter_rows([first, second]) == ()
+    (faster,) = sweep(second.plan, [read_sweep("rpp.lookahead_dist=0.9")])[1:]
+    assert parameter_rows([first, faster]) == (
+        {"key": "controller_server.rpp.lookahead_dist", "a": "0.6", "lookahead_dist=0.9": "0.9"},
+    )
+    assert parameter_rows([first, with_names("b", rpp="FollowPath", dwb="rpp")]) == ()
+
+
+def test_a_name_that_another_controller_has_is_not_given_twice():
+    first, second = configuration_of("a", "thesis", ["dwb"]), with_names("b", dwb="Dwa", rpp="dwb")
+    keys = [row["key"] for row in parameter_rows([first, second])]
+    assert any(key.startswith("controller_server.Dwa.") for key in keys)
+
+
 def test_costmap_filters_differ_in_their_masks_and_numbers():
     """Without the topics and files that only connect the nodes, and whose names are not those of the user's file."""
     own = configuration_of("own", "jazzy", ["rpp"])

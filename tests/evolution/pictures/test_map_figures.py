@@ -54,7 +54,7 @@ def test_signs_name_people_only_where_there_are_some(driven):
 
 def test_title_labels_and_rings_show_the_same_runs(driven):
     maps, times = map_set_figure([driven], ["dwb", "rpp"]).axes
-    assert maps.get_title() == "map_1: rpp 2.0 times slower than dwb"
+    assert maps.get_title() == "map_1: rpp takes 2.0 times as long as dwb"
     assert [label.get_text() for label in times.get_yticklabels()] == ["dwb 4.2 s", "rpp 8.2 s\n1 of 3 failed"]
     rings = [line.get_xdata().tolist() for line in times.lines if line.get_markersize() == RING["markersize"]]
     assert rings == [[9.0], []]
@@ -82,10 +82,10 @@ def test_an_outcome_appears_when_its_run_ends():
     first, middle, last = (" | ".join(texts(time, episodes)) for time in (0.0, 5.0, 8.4))
     assert "DWB" in first
     assert "goal" not in first
-    assert "slower" not in first
+    assert "takes" not in first
     assert "goal, 4.2 s" in middle
     assert "8.4" not in middle
-    assert "RPP 2.0 times slower\nthan DWB" in last
+    assert "RPP takes 2.0 times as\nlong as DWB" in last
 
 
 def test_a_film_lasts_as_long_as_the_longest_run(tmp_path):

@@ -11,7 +11,7 @@ import pytest
 from evolution.benchmark import read_bench, score_rows, table_of_scores
 from evolution.cli import main
 from evolution.report import write_benchmark_report
-from evolution.report.benchmark_page import _long_last, verdict_of_benchmark
+from evolution.report.benchmark_page import maps_and_runs, split_reasons, verdict_of_benchmark
 from gym_mapbench.errors import RunError
 
 OFFICE = str(Path(__file__).resolve().parents[3] / "examples" / "office.yaml")
@@ -80,4 +80,24 @@ def test_tables_of_the_page_are_for_readers():
     scores = table_of_scores(score_rows(runs("a", [20.0, 22.0, 21.0, 23.0, 24.0]), ("a",)))
     assert [row["a"] for row in scores][:2] == ["100 (56.6 to 100)", "0 (0 to 43.4)"]
     assert {row["over all maps"]: row["a"] for row in scores}["mean s"] == "22 (20.8 to 23.2)"
-    assert list(_long_last({"map": "m", "seed": 7, "reason": "", "jerk": 0.1})) == ["map", "jerk", "seed", "reason"]
+
+
+@pytest.mark.parametrize(("maps", "repeats", "words"), [(1, 1, "1 map, 1 run"), (20, 3, "20 maps, 3 runs")])
+def test_maps_and_runs_in_words(maps, repeats, words):
+    assert maps_and_runs(maps, repeats) == f"{words} of each controller on each"
+
+
+def test_reasons_have_a_table_of_their_own():
+    row = {"map": "m", "controller": "a", "repeat": 0, "seed": 7, "outcome": "goal", "reason": "", "jerk": 0.1}
+    failed = {**row, "repeat": 1, "outcome": "timeout", "reason": "the time limit was reached"}
+    rows, failures = split_reasons([row, failed])
+    assert [list(one) for one in rows] == [["map", "controller", "repeat", "outcome", "jerk", "seed"]] * 2
+    assert failures == [
+        {
+            "map": "m",
+            "controller": "a",
+            "repeat": 1,
+            "outcome": "timeout",
+            "reason": "the time limit was reached",
+        }
+    ]

@@ -218,3 +218,13 @@ def test_rows_are_cards_on_a_phone(opened):
     assert opened.execute_script(script) == '"n: "'
     assert not opened.find_element(By.CSS_SELECTOR, "table.sortable thead").is_displayed()
     opened.execute_cdp_cmd("Emulation.clearDeviceMetricsOverride", {})
+
+
+@pytest.mark.parametrize("width", [1100, 1600])
+def test_the_explanation_of_a_wide_table_is_whole(opened, width):
+    size = {"width": width, "height": 900, "deviceScaleFactor": 1, "mobile": False}
+    opened.execute_cdp_cmd("Emulation.setDeviceMetricsOverride", size)
+    script = """return [...document.querySelectorAll('.scroll')].map(box =>
+        [box.clientWidth, box.querySelector('caption div').getBoundingClientRect().width])"""
+    assert all(caption <= box for box, caption in opened.execute_script(script))
+    opened.execute_cdp_cmd("Emulation.clearDeviceMetricsOverride", {})

@@ -148,11 +148,11 @@ def test_a_partial_study_says_what_is_missing(study_path, tmp_path):
     text = Page(written.read_text()).text
     assert "This report is partial:" in text
     assert "differ from what was recorded" not in text
-    assert "random: none of its 2 runs was begun" in text
+    assert "random: none of its 2 searches was begun" in text
     assert "gini_6, seed 0: not re-evaluated yet" in text
     assert "It is the only configuration." in text
     shutil.rmtree(path / "runs")
-    assert "No run of this study is finished" in Page(write_report(path).read_text()).text
+    assert "No search of this study is finished" in Page(write_report(path).read_text()).text
 
 
 def test_a_run_that_cannot_be_loaded_makes_way(study_path, tmp_path):
@@ -167,7 +167,7 @@ def test_a_run_that_cannot_be_loaded_makes_way(study_path, tmp_path):
     assert best_sets[0].run is other
     assert "random" not in [best.run.configuration.name for best in best_sets]
     text = Page(render_page(report_of_study(results, best_sets))).text
-    assert f"gini_6: the best run (seed {best.seed}) could not be loaded and re-run; seed {other.seed}" in text
+    assert f"gini_6: the best search (seed {best.seed}) could not be loaded and re-run; seed {other.seed}" in text
     assert "random: no replay, none of its best sets could be loaded and re-run" in text
 
 
@@ -183,7 +183,7 @@ def test_the_subtitle_names_the_controllers_of_all(results):
     run = results.runs[-1]
     fewer = replace(run.experiment, controllers=run.experiment.controllers[1:])
     mixed = replace(results, runs=(replace(run, experiment=fewer, reevaluation=None), *results.runs[:1]))
-    assert "controllers mppi, rpp, dwb; 2 runs" in report_of_study(mixed).subtitle
+    assert "controllers mppi, rpp, dwb; 2 searches" in report_of_study(mixed).subtitle
 
 
 def test_what_holds_by_construction_is_marked(page):

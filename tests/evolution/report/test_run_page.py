@@ -9,7 +9,7 @@ from types import SimpleNamespace
 import pytest
 
 from evolution.pictures import recorded_maps
-from evolution.report.run_page import _held, _outcome, _unfinished, _verdict, replayed_maps
+from evolution.report.run_page import _held, _objectives, _outcome, _penalties, _unfinished, _verdict, replayed_maps
 from evolution.report.sections import _genes_rows, _how_to_read, tables_section
 from evolution.runs import load_run
 from gym_mapbench.world.genome import Genome
@@ -41,6 +41,12 @@ def test_a_gain_is_said_where_fitnesses_can_be_compared(run, expected):
     assert expected in _outcome(run)
 
 
+def test_a_fitness_above_0_is_explained_and_all_objectives_are_named():
+    assert _penalties(52.92)[0].startswith("A fitness above 0 is a sum of penalties")
+    assert _penalties(-2.5) == []
+    assert _objectives({"fitness": "gini", "objectives": ["n_obstacles"]}) == ["gini fitness", "n_obstacles"]
+
+
 def test_an_unfinished_run_is_not_called_unconfirmed():
     assert _held(a_run([-1.0], finished=False, validation={})) == []
     assert _held(a_run([-1.0], finished=False, validation={"seeds": 5}))[0].startswith("The set is not validated yet")
@@ -60,11 +66,11 @@ def test_verdict_replays_figure_and_table_show_one_sample():
     driven = [replace(one, episodes=(SimpleNamespace(controller="dwb"),)) for one in recorded]
     verdict = next(line for line in _verdict(run) if line.startswith("map_2"))
     assert verdict == (
-        "map_2: mppi 1.3 times slower than dwb. Medians of 19 runs: dwb 23.8 s (1 outlier: 65.0 s), "
+        "map_2: mppi takes 1.3 times as long as dwb. Medians of 19 runs: dwb 23.8 s (1 outlier: 65.0 s), "
         "mppi 31.1 s, rpp 25.3 s."
     )
     replay = replayed_maps(run, driven)[1]
-    assert replay.title == "map_2: mppi 1.3 times slower than dwb"
+    assert replay.title == "map_2: mppi takes 1.3 times as long as dwb"
     assert replay.sample.startswith("Title: medians of 19 runs. Replay: run 10 of 19, ")
     table = tables_section(run).tables[0]
     (row,) = [dict(zip(table.columns, row, strict=True)) for row in table.rows if tuple(row[:3:2]) == ("map_2", "dwb")]

@@ -208,8 +208,8 @@ def test_scales_of_their_own_are_not_compared():
     assert [row["configuration"] for row in summary_rows(seen)] == ["a", "b"]
     assert len(analyse(study).of(alike)[0].pairs) == 1
     assert verdict_of(study)[0] == (
-        "Cluster fitness (cluster_scale calibrated by every run): not compared. Every run calibrated its own cluster "
-        "scale (2 to 4.5), so the values of different runs are on different scales (a and b)."
+        "Cluster fitness (cluster_scale calibrated by every search): not compared. Every search calibrated its own "
+        "cluster scale (2 to 4.5), so the values of different searches are on different scales (a and b)."
     )
 
 
@@ -318,7 +318,7 @@ def test_a_clear_difference_is_said_with_all_its_numbers():
     assert first.startswith("Gini fitness, held out: ga has the best median, -8.03 (95 % interval -8.")
     assert first.endswith(", mean -8.03, n = 12; lower is better).")
     assert second == (
-        "ga beats random (median 2.00 behind; ga better in 100 % of pairs of runs, A12; p < 0.001; n = 12 and 12)."
+        "ga beats random (median 2.00 behind; ga better in 100 % of pairs of searches, A12; p < 0.001; n = 12 and 12)."
     )
     (row,) = pair_rows(compare(study)[0])
     assert (row["first"], row["second"]) == ("ga", "random")
@@ -336,7 +336,7 @@ def test_what_is_judged_in_another_way_is_compared_by_what_it_is_worth_on_fresh_
     assert first.startswith("Median held-out fitness: careful -3.02 (95 % interval ")
     assert "; lucky -1.02 (95 % interval " in first
     assert "reported -6.03; rank agreement in 100 % of trials; n = 12" in first
-    assert first.endswith(" Lower is better: careful is better in 100 % of pairs of runs (A12; p < 0.001).")
+    assert first.endswith(" Lower is better: careful is better in 100 % of pairs of searches (A12; p < 0.001).")
     assert not any(sentence.startswith("Median held-out fitness") for sentence in rest)
     alike = [made_run("alike", s, v, v, aggregate="median") for s, v in enumerate(spread(-1.0))]
     assert not verdict_of(made_study(*lucky, *alike))[0].startswith("Median held-out fitness")
@@ -374,7 +374,7 @@ def test_text_and_table_give_one_direction():
     )
     (row,) = pair_rows(compare(study)[1])
     assert (row["first"], row["second"]) == ("better", "worse")
-    assert f"better better in {100 * row['a12']:.0f} % of pairs of runs, A12" in " ".join(verdict_of(study))
+    assert f"better better in {100 * row['a12']:.0f} % of pairs of searches, A12" in " ".join(verdict_of(study))
     assert 0.5 < row["a12"] < 1.0
 
 
@@ -390,7 +390,7 @@ def test_too_few_runs_are_named_pair_by_pair():
         *[made_run("random", s, v) for s, v in enumerate(spread(-7.98))],
         *[made_run("short", s, -7.9) for s in range(2)],
     )
-    assert "The runs are too few for a significant difference from short." in verdict_of(study)
+    assert "The searches are too few for a significant difference from short." in verdict_of(study)
 
 
 def test_the_interval_is_of_the_median_and_needs_five_runs():
@@ -410,13 +410,13 @@ def test_few_fresh_values_are_no_verdict():
     first, *others = verdict_of(few)
     assert first.startswith("Gini fitness, reported: ")
     assert (
-        "Fewer than half of the runs are re-evaluated, so this compares the reported fitness. Not re-evaluated: "
-        "ga (4 of 4 runs) and random (4 of 4 runs)."
+        "Fewer than half of the searches are re-evaluated, so this compares the reported fitness. Not re-evaluated: "
+        "ga (4 of 4 searches) and random (4 of 4 searches)."
     ) in others
     most = made_study(*[made_run("ga", s, -8.0, -7.0) for s in range(5)], *seen[:1])
     first, *others = verdict_of(most)
     assert first.startswith("Gini fitness, held out: ")
-    assert "Left out, because not re-evaluated yet: ga (1 of 6 runs)." in others
+    assert "Left out, because not re-evaluated yet: ga (1 of 6 searches)." in others
 
 
 def test_fresh_minus_seen_is_said_with_its_interval():
@@ -501,15 +501,15 @@ def test_what_repeats_buy_is_said():
 
 
 def test_little_is_said_about_little():
-    assert verdict_of(made_study()) == ["No run of this study is finished."]
+    assert verdict_of(made_study()) == ["No search of this study is finished."]
     assert verdict_of(made_study(made_run("ga", 0, -8.0)))[0] == (
         "Gini fitness, reported: ga has the median -8.00 (mean -8.00, n = 1; lower is better). It is the only "
         "configuration."
     )
     no_pattern = verdict_of(made_study(made_run("a", 0, -8.0), made_run("b", 0, 20000.0)))
-    shown = "b (no pattern in the median; a better in 100 % of pairs of runs, A12; p = 1; n = 1 and 1)"
+    shown = "b (no pattern in the median; a better in 100 % of pairs of searches, A12; p = 1; n = 1 and 1)"
     assert no_pattern[1] == f"No significant difference between a and {shown}."
-    assert no_pattern[2] == "The runs are too few for a significant difference from b."
+    assert no_pattern[2] == "The searches are too few for a significant difference from b."
 
 
 def test_maps_by_hand():

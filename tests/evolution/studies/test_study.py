@@ -277,7 +277,7 @@ def test_a_killed_study_resumes_to_the_same_bytes(tmp_path):
     partial = load_results(tmp_path / "killed")
     assert [(run.configuration.name, run.seed) for run in partial.runs] == [("ga", 0)]
     assert partial.missing[0] == "ga, seed 1: stopped after 12 of 24 evaluations"
-    assert partial.missing[1] == "best: none of its 2 runs was begun"
+    assert partial.missing[1] == "best: none of its 2 searches was begun"
     results = run_study(study, tmp_path / "killed", resume=True, resources=Resources(workers=2))
     assert results.missing == ()
     assert lasting_files(tmp_path / "killed") == lasting_files(tmp_path / "whole")
@@ -287,7 +287,7 @@ def test_a_part_can_be_run_first(tmp_path):
     study = small_study(configurations=TWO)
     part = run_study(study, tmp_path / "s", only=["ga"], runs=1)
     assert [(run.configuration.name, run.seed) for run in part.runs] == [("ga", 0)]
-    assert part.missing == ("ga: 1 of 2 runs were not begun (seeds 1)", "best: none of its 2 runs was begun")
+    assert part.missing == ("ga: 1 of 2 searches were not begun (seeds 1)", "best: none of its 2 searches was begun")
     waiting = run_study(study, tmp_path / "s", resume=True, only=["best"])
     assert waiting.missing[0] == "best, seed 1: builds on ga, whose run 1 is not finished"
     assert (waiting.failed, len(waiting.runs)) == (1, 2)
@@ -446,7 +446,7 @@ def test_what_is_missing_or_damaged_is_said_and_the_rest_stays(study_path, tmp_p
         "line 1 column 2 (char 1)); to repeat the run: rm -r seed-0001 and then mapbench study s --resume",
         "random, seed 0: seed-0000: not a run directory (no config.json); to repeat the run: rm -r seed-0000 and "
         "then mapbench study s --resume",
-        "cellular: none of its 2 runs was begun",
+        "cellular: none of its 2 searches was begun",
         "cluster, seed 0: seed-0000.json: fitness: is missing; mapbench study s --resume repeats it",
         "cluster, seed 1: not re-evaluated yet",
     ]

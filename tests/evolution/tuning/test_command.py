@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import re
+from dataclasses import replace
 from pathlib import Path
 
 import pytest
@@ -11,7 +12,8 @@ import yaml
 import evolution
 from evolution.cli import main
 from evolution.report import write_report
-from evolution.tuning import sampling
+from evolution.report.tuning_page import report_of_tuning
+from evolution.tuning import load_tuning, sampling
 from gym_mapbench.errors import ConfigError
 from gym_mapbench.mapio import save_map_set
 from gym_mapbench.world.scenario import MapSet
@@ -51,6 +53,18 @@ def test_the_page_has_verdict_replays_tables_and_the_file(done):
     assert 'download="nav2_params.yaml"' in page
     assert '"controllers":["own","tuned"]' in page
     assert page == write_report(done).read_text()
+
+
+def test_own_values_alone_are_not_said_to_be_compared(done):
+    report = report_of_tuning(load_tuning(done))
+    (compared,) = [one.paragraphs for one in report.sections if one.title == "Test"]
+    assert compared[0].startswith("The own values and the tuned values run on the same test maps")
+    assert {one.sample for one in report.maps} == {"One of the test maps with the largest difference."}
+    tuning = load_tuning(done)
+    report = report_of_tuning(replace(tuning, summary=tuning.summary.model_copy(update={"changes": []})))
+    (alone,) = [one.paragraphs for one in report.sections if one.title == "Test"]
+    assert alone[0].startswith("Only the own values run on the test maps, as no trial is better. The search has used")
+    assert {one.sample for one in report.maps} == {""}
 
 
 def test_it_prints_the_changes_and_the_verdict(folder, done, capsys):
