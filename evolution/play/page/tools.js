@@ -183,10 +183,9 @@ export class Tools {
       this.view.robot(context, this.store[which], this.store.robot(), colour, true);
       this.view.line(context, [this.store[which].slice(0, 2), this.tip(which)], colour, 3);
       this.view.dot(context, this.tip(which), 5, colour);
-      const [x, y] = this.view.toScreen(...this.store[which]), ratio = devicePixelRatio || 1;
-      context.fillStyle = this.view.colour("ink");
-      context.font = `${14 * ratio}px system-ui, sans-serif`;
-      context.fillText(which, x + 8 * ratio, y - 10 * ratio);
+      this.view.keepFree(this.store[which], 6);
+      this.view.keepFree(this.tip(which), 5);
+      this.view.label(which, this.store[which], 0, 16);
     }
     if (this.stroke && this.stroke.kind === "draw") this.preview(context);
     if (this.cursor && this.tool !== "move") this.ring(context);

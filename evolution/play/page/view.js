@@ -3,6 +3,8 @@
 const DASHES = { solid: [], dashed: [10, 6], dotted: [3, 5] };
 const MARGIN = 12;
 const STEP = 20;
+const TEXT = 14;
+const LINES_AWAY = [0, 1, -1, 2, -2, 3, -3];
 
 export class View {
   constructor(canvas, store) {
@@ -13,6 +15,8 @@ export class View {
     this.walls = document.createElement("canvas");
     this.layers = [];
     this.ground = [];
+    this.labels = [];
+    this.taken = [];
     this.asked = false;
     new ResizeObserver(() => this.resize()).observe(canvas);
     matchMedia("(prefers-color-scheme: dark)").addEventListener("change", () => this.mapChanged());
@@ -113,7 +117,44 @@ export class View {
     context.strokeStyle = this.colour("wall");
     context.lineWidth = 2;
     context.strokeRect(left, top, grid.width * size, grid.height * size);
+    this.labels = [];
+    this.taken = [];
     for (const layer of [...this.ground, ...this.layers]) layer(context);
+    this.drawLabels(context);
+  }
+
+  /* A text at the right of a point of the map, or where there is room for it; texts of the lowest rank have the first choice. */
+  label(text, point, rank, rise = 0) { this.labels.push({ text, point, rank, rise }); }
+
+  /* Keeps texts off a circle around a point of the map; the radius is in pixels of the page. */
+  keepFree(point, radius) {
+    const [x, y] = this.toScreen(...point), reach = radius * (devicePixelRatio || 1);
+    this.taken.push([x - reach, y - reach, x + reach, y + reach]);
+  }
+
+  drawLabels(context) {
+    context.font = `${TEXT * (devicePixelRatio || 1)}px system-ui, sans-serif`;
+    context.fillStyle = this.colour("ink");
+    context.strokeStyle = this.colour("paper");
+    context.lineWidth = 4 * (devicePixelRatio || 1);
+    for (const label of this.labels.sort((a, b) => a.rank - b.rank)) {
+      const box = this.placed(label, context.measureText(label.text).width);
+      this.taken.push(box);
+      const place = [box[0], box[3] - 0.25 * (box[3] - box[1])];
+      context.strokeText(label.text, ...place);  // a border, so that it can be read on walls
+      context.fillText(label.text, ...place);
+    }
+  }
+
+  /* The box of a text inside the canvas, off what is taken if there is room, as near to its point as possible. */
+  placed({ point, rise }, width) {
+    const ratio = devicePixelRatio || 1, high = 1.2 * TEXT * ratio, away = 10 * ratio, [x, y] = this.toScreen(...point);
+    const into = (value, most) => Math.max(0, Math.min(value, most));
+    const boxes = LINES_AWAY.flatMap((line) => [x + away, x - away - width].map((wanted) => {
+      const left = into(wanted, this.canvas.width - width), top = into(y - rise * ratio + (line - 0.5) * high, this.canvas.height - high);
+      return [left, top, left + width, top + high];
+    }));
+    return boxes.find((box) => !this.taken.some((other) => overlap(box, other))) || boxes[0];
   }
 
   /* A line through points of the map. */
@@ -173,6 +214,9 @@ export class View {
     context.stroke();
   }
 }
+
+/* Whether two boxes [left, top, right, bottom] have a point in common. */
+function overlap(a, b) { return a[0] < b[2] && b[0] < a[2] && a[1] < b[3] && b[1] < a[3]; }
 
 /* Draws the cells of a grid into a canvas, one pixel a cell, row 0 at the bottom. */
 export function drawCells(canvas, grid, wall, unknown) {

@@ -50,7 +50,6 @@ export class Ways {
   }
 
   draw(context) {
-    const ratio = devicePixelRatio || 1;
     for (const run of this.runs.values()) {
       const { colour, line } = this.store.look(run.variant);
       context.globalAlpha = run.repeat ? 0.35 : 1;
@@ -62,11 +61,8 @@ export class Ways {
       if (!one.where) continue;
       const { colour } = this.store.look(one.variant);
       this.view.cross(context, one.where, colour);
-      if (one.repeat) continue;
-      const [x, y] = this.view.toScreen(...one.where);
-      context.font = `${14 * ratio}px system-ui, sans-serif`;
-      context.fillStyle = this.view.colour("ink");
-      context.fillText(`${one.variant}: ${one.outcome.replaceAll("_", " ")}`, x + 12 * ratio, y + 4 * ratio);
+      this.view.keepFree(one.where, 7);
+      if (!one.repeat) this.view.label(`${one.variant}: ${one.outcome.replaceAll("_", " ")}`, one.where, 1);
     }
   }
 }

@@ -8,6 +8,7 @@ import re
 import subprocess
 import sys
 import zipfile
+from itertools import combinations
 from pathlib import Path
 
 import pytest
@@ -220,6 +221,36 @@ def test_a_narrow_window_needs_no_sideways_scrolling(page):
     )
     try:
         until(page, lambda: page.execute_script("return document.documentElement.scrollWidth <= innerWidth"))
+    finally:
+        page.execute_cdp_cmd("Emulation.clearDeviceMetricsOverride", {})
+
+
+WRITTEN = """
+window.texts = {};
+const draw = CanvasRenderingContext2D.prototype.fillText;
+CanvasRenderingContext2D.prototype.fillText = function (text, x, y) {
+  window.texts[text] = [x, y - 12, x + this.measureText(text).width, y];
+  draw.call(this, text, x, y);
+};
+document.getElementById("map").dispatchEvent(new PointerEvent("pointermove", {clientX: 100, clientY: 300}));
+"""
+
+
+@pytest.mark.parametrize("width", [390, 1200])
+def test_labels_and_columns_are_whole(page, width):
+    size = {"width": width, "height": 844, "deviceScaleFactor": 1, "mobile": False}
+    page.execute_cdp_cmd("Emulation.setDeviceMetricsOverride", size)
+    try:
+        page.execute_script(WRITTEN)
+        until(page, lambda: len(page.execute_script("return Object.keys(window.texts)")) == 3)
+        across = page.execute_script("return document.getElementById('map').width")
+        texts = page.execute_script("return window.texts")
+        assert set(texts) == {"start", "goal", "dwb: timeout"}
+        assert all(left >= 0 and right <= across for left, _, right, _ in texts.values())
+        for (_, a), (_, b) in combinations(texts.items(), 2):
+            assert a[2] <= b[0] or b[2] <= a[0] or a[3] <= b[1] or b[3] <= a[1]
+        table = page.find_element(By.CSS_SELECTOR, ".scroll")
+        assert table.get_property("scrollWidth") == table.get_property("clientWidth")
     finally:
         page.execute_cdp_cmd("Emulation.clearDeviceMetricsOverride", {})
 
