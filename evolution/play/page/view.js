@@ -135,10 +135,14 @@ export class View {
   drawLabels(context) {
     context.font = `${TEXT * (devicePixelRatio || 1)}px system-ui, sans-serif`;
     context.fillStyle = this.colour("ink");
+    context.strokeStyle = this.colour("paper");
+    context.lineWidth = 4 * (devicePixelRatio || 1);
     for (const label of this.labels.sort((a, b) => a.rank - b.rank)) {
       const box = this.placed(label, context.measureText(label.text).width);
       this.taken.push(box);
-      context.fillText(label.text, box[0], box[3] - 0.25 * (box[3] - box[1]));
+      const place = [box[0], box[3] - 0.25 * (box[3] - box[1])];
+      context.strokeText(label.text, ...place);  // a border, so that it can be read on walls
+      context.fillText(label.text, ...place);
     }
   }
 
