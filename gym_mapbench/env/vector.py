@@ -83,9 +83,13 @@ class MapBenchVectorEnv(SyncVectorEnv):
 
         Raises:
             ConfigError: As MapBenchEnv, or if there is not one scenario for each world.
+            gymnasium.error.ResetNeeded: If the mask leaves out worlds that have had no reset.
         """
         if options is not None and len(options.get("scenarios", self._members)) != self.num_envs:
             raise ConfigError(f"scenarios: expected one for each of {self.num_envs} worlds")
+        mask = None if options is None else options.get("reset_mask")
+        if mask is not None and not self._last and not np.all(mask):
+            raise ResetNeeded("reset: the mask leaves out worlds that have had no reset; call reset without it first")
         # A masked reset returns the last observations of the worlds that it leaves alone.
         kept: list[Any] = [{key: rows[i] for key, rows in self._last.items()} for i in range(self.num_envs)]
         self._env_obs = kept

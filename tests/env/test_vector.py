@@ -242,3 +242,11 @@ def test_worlds_are_rendered():
 def test_bad_options_are_one_clear_line(options, message):
     with pytest.raises(ConfigError, match=message):
         MapBenchVectorEnv(**options)
+
+
+def test_a_mask_before_the_first_reset_is_refused():
+    worlds = gymnasium.make_vec("MapBench-v0", num_envs=2)
+    with pytest.raises(ResetNeeded, match="reset: the mask leaves out worlds"):
+        worlds.reset(seed=0, options={"reset_mask": np.array([True, False])})
+    observations, _ = worlds.reset(seed=0, options={"reset_mask": np.array([True, True])})
+    assert len(observations["pose"]) == 2
