@@ -28,7 +28,7 @@ from gym_mapbench.world.motions import MOTIONS
 from gym_mapbench.world.noise import NOISES
 from gym_mapbench.world.robot import ROBOTS
 
-ROLE = re.compile(r":\w+:`~?(?:[\w.]+\.)?(\w+)`")
+MARKUP = re.compile(r":\w+:`~?(?:[\w.]+\.)?(\w+)`|``([^`]+)``")
 """A reference in a docstring; only its last name is shown."""
 
 
@@ -65,7 +65,7 @@ def _first_line(entry: Any) -> str:
         entry = entry.make
     elif not isinstance(entry, type) and not inspect.isroutine(entry):
         entry = next(part for part in (*_fields(entry), type(entry)) if callable(part))
-    return ROLE.sub(r"\1", (inspect.getdoc(entry) or "").partition("\n")[0])
+    return MARKUP.sub(lambda found: found[1] or found[2], (inspect.getdoc(entry) or "").partition("\n")[0])
 
 
 def _fields(entry: Any) -> tuple[Any, ...]:

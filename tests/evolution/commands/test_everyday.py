@@ -284,3 +284,9 @@ def test_code_that_exits_or_changes_the_directory_is_told(tmp_path, monkeypatch,
         assert main(["bench", MAP, "--controllers", f"rpp,x=odd:{name}", "--workers", "1"]) == 2
         assert message in capsys.readouterr().err
     assert Path.cwd() == tmp_path
+
+
+@pytest.mark.parametrize("kind", KINDS)
+def test_lists_have_no_markup(kind, capsys):
+    assert main(["list", kind]) == 0
+    assert "`" not in capsys.readouterr().out
