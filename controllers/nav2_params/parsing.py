@@ -198,10 +198,11 @@ def _tell_missing_behaviors(sections: Mapping[str, Section]) -> None:
     """List the behaviours without whose action servers Nav2's default tree does not load, if the file has no other."""
     server, navigator = sections.get("behavior_server"), sections.get("bt_navigator")
     tree = "" if navigator is None else str(navigator.values.get(TREE_FILE, ""))
-    names = None if server is None else server.values.get("behavior_plugins")
-    if server is None or not isinstance(names, list) or (tree and not tree.endswith(DEFAULT_TREE)):
+    given = None if server is None else server.values.get("behavior_plugins")
+    if server is None or not isinstance(given, list) or (tree and not tree.endswith(DEFAULT_TREE)):
         return
-    others = [str(name) for name in names if name not in BEHAVIORS]
+    names = list(map(str, given))
+    others = [name for name in names if name not in BEHAVIORS]
     for name in [name for name in BEHAVIORS if name not in names]:
         near = nearest_name(name, others, MISSPELT)
         got = f", got {near!r}" if near else ""
