@@ -29,7 +29,7 @@ from gym_mapbench.world.noise import NOISES
 from gym_mapbench.world.robot import ROBOTS
 
 MARKUP = re.compile(r":\w+:`~?(?:[\w.]+\.)?(\w+)`|``([^`]+)``")
-"""A reference in a docstring; only its last name is shown."""
+"""References, of which the last name is shown, and literals in a docstring."""
 
 
 class Kind(NamedTuple):

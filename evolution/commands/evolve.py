@@ -181,7 +181,7 @@ def _print_early_end(loaded: LoadedRun) -> None:
     """Say that a search ended before its number of map sets, where no limit of runs is the reason."""
     done, wanted = len(loaded.individuals), loaded.config["search"]["evaluations"]
     if loaded.config["search"]["runs"] is None and done < wanted:
-        note(f"ended after {done} of {wanted} map sets: crossover and mutation made no new one")
+        note(f"ended after {done} of {wanted} map sets, as no new one was found")
 
 
 def _print_errors(loaded: LoadedRun) -> None:

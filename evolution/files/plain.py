@@ -87,7 +87,11 @@ def write_text(path: Path, text: str) -> None:
 
 def write_json(path: Path, document: Mapping[str, Any]) -> None:
     """Write a JSON file in one step."""
-    write_text(path, json.dumps(document, indent=1) + "\n")
+    write_text(path, _json_of(document))
+
+
+def _json_of(document: Mapping[str, Any]) -> str:
+    return json.dumps(document, indent=1) + "\n"
 
 
 def write_new_json(path: Path, document: Mapping[str, Any]) -> None:
@@ -98,7 +102,7 @@ def write_new_json(path: Path, document: Mapping[str, Any]) -> None:
         WriteError: If it cannot be written.
     """
     try:
-        create_at_once(path, f"{json.dumps(document, indent=1)}\n".encode())
+        create_at_once(path, _json_of(document).encode())
     except FileExistsError:
         raise
     except OSError as error:

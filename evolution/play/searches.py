@@ -142,7 +142,7 @@ class _Counted:
 def _changes(
     driven: Driven, best: Sequence[_Tried], count: int, seen: set[str], rng: np.random.Generator
 ) -> list[tuple[Scenario, tuple[str, ...]]]:
-    """Return new maps, each a change of one of the best; fewer where many changes in a row are known.
+    """Return new maps, each a change of one of the best; fewer where too many of the changes were tried before.
 
     Raises:
         ConfigError: If there is no way on the map.

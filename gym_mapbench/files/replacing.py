@@ -14,6 +14,11 @@ WITHOUT_LINKS = (errno.EPERM, errno.ENOTSUP, errno.EOPNOTSUPP)
 """Errors of file systems that have no hard links."""
 
 
+def _partial(path: Path) -> Path:
+    """Return another name beside a file, which no other writer has."""
+    return path.with_name(f".{path.name}.{secrets.token_hex(4)}")
+
+
 @contextmanager
 def replaced_at_once(path: Path) -> Iterator[BinaryIO]:
     """Write a file in one step: after the ``with`` block it is complete, before and on an error as it was.
@@ -23,7 +28,7 @@ def replaced_at_once(path: Path) -> Iterator[BinaryIO]:
     Raises:
         OSError: If it cannot be written.
     """
-    partial = path.with_name(f".{path.name}.{secrets.token_hex(4)}")
+    partial = _partial(path)
     try:
         with open(partial, "xb") as file:
             yield file
@@ -40,7 +45,7 @@ def create_at_once(path: Path, content: bytes) -> None:
         FileExistsError: If it is there already.
         OSError: If it cannot be written.
     """
-    partial = path.with_name(f".{path.name}.{secrets.token_hex(4)}")
+    partial = _partial(path)
     try:
         partial.write_bytes(content)
         os.link(partial, path)
