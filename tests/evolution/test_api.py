@@ -15,12 +15,15 @@ from hypothesis import strategies as st
 
 import evolution
 from evolution import bench, evolve, load, minimize, study, tune
+from evolution.benchmark import begin_benchmark, benchmark_document
 from evolution.cli import main
+from evolution.driving import ControllerSpec, JobPlan
 from evolution.files import Table
 from evolution.inputs import numbered, world_of
 from evolution.studies import StudyResults
 from gym_mapbench.errors import ConfigError, RunError
 from gym_mapbench.mapio import load_scenarios
+from gym_mapbench.trust import allow_code
 from gym_mapbench.world.gridmap import GridMap
 from gym_mapbench.world.noise import read_noise
 from gym_mapbench.world.scenario import Pose, Scenario
@@ -248,3 +251,19 @@ def test_other_functions_refuse_a_second_world_too(tmp_path):
 def test_maps_with_a_task_of_their_own_take_no_other(maps):
     with pytest.raises(ConfigError, match=r"goal: expected none for .* which have their own"):
         bench(maps, ["rpp"], goal=(1.0, 1.0, 0.0))
+
+
+def test_a_benchmark_is_not_continued_with_another_model_in_the_same_file(tmp_path):
+    model, scenarios = tmp_path / "model.zip", load_scenarios(OFFICE)
+
+    def begin(resume):
+        plan = JobPlan((ControllerSpec(name="learned", kind=str(model)),), world_of(None))
+        begin_benchmark(tmp_path / "bench", benchmark_document(scenarios, plan), resume=resume)
+
+    model.write_bytes(b"first")
+    begin(resume=False)
+    with allow_code():
+        begin(resume=True)
+        model.write_bytes(b"second")
+        with pytest.raises(ConfigError, match=r"controllers\.learned\.model was '\w+' when the benchmark began"):
+            begin(resume=True)
