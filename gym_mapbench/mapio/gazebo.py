@@ -22,6 +22,7 @@ from gym_mapbench.mapio.output import Files, check_names, write_new_folder
 from gym_mapbench.mapio.poses import poses_yaml, waypoints_yaml
 from gym_mapbench.mapio.rendering import render
 from gym_mapbench.mapio.tasked_map import genome_files
+from gym_mapbench.world.gridmap import GridMap
 from gym_mapbench.world.lidar import LidarSettings
 from gym_mapbench.world.robot import RobotSpec
 from gym_mapbench.world.scenario import Scenario
@@ -86,10 +87,19 @@ def map_files(scenario: Scenario, wall_height: float = 0.5, simulators: Iterable
         f"maps/{name}.yaml": map_server_yaml(grid, f"{name}.pgm"),
         f"models/{name}/model.config": _config(name, "1.6", "Walls of a map made by MapBench"),
         f"models/{name}/model.sdf": render("map_model.sdf.j2", name=name),
-        f"models/{name}/mesh/map.dae": collada(wall_mesh(grid, wall_height)),
+        f"models/{name}/mesh/map.dae": collada(wall_mesh(_with_edge(grid), wall_height)),
         f"params/{name}_poses.yaml": poses_yaml(poses),
         f"params/{name}_waypoints.yaml": waypoints_yaml(poses),
     }
+
+
+def _with_edge(grid: GridMap) -> GridMap:
+    """Return a map whose edge is of occupied cells: MapBench's edge is a wall, and a simulator has no edge."""
+    cells = grid.occupancy
+    if cells[[0, -1]].all() and cells[:, [0, -1]].all():
+        return grid
+    x, y = grid.origin
+    return GridMap(grid.framed, grid.resolution, (x - grid.resolution, y - grid.resolution))
 
 
 def collada(mesh: Mesh) -> str:

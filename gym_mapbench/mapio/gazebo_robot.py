@@ -10,7 +10,9 @@ from gym_mapbench.world.lidar import LidarSettings
 from gym_mapbench.world.robot import RobotSpec
 
 WHEEL_RADIUS = 0.033
-"""Radius of a TurtleBot3's wheels, m."""
+"""Radius of a TurtleBot3's wheels, m; the largest one."""
+WHEEL_SHARE = 0.1
+"""Largest radius of a wheel by the width of the robot: the wheels stand 3/8 of the width beside its middle."""
 
 CHASSIS_HEIGHT = 0.12
 GROUND_CLEARANCE = 0.01
@@ -29,19 +31,20 @@ class RobotModel:
 
     Args:
         spec: The robot it stands for.
-        length: Length of the chassis along x; the diameter of a disc.
+        back: x of the rear end of the chassis in the robot's frame, negative.
+        front: x of its front end.
         width: Width of the chassis along y.
         lidar: Its scanner, at its place on the robot.
     """
 
     spec: RobotSpec
-    length: float
+    back: float
+    front: float
     width: float
     lidar: LidarSettings
 
     chassis_height: float = CHASSIS_HEIGHT
     lidar_z: float = LIDAR_Z
-    wheel_radius: float = WHEEL_RADIUS
     mass: float = MASS
     wheel_mass: float = WHEEL_MASS
 
@@ -53,8 +56,24 @@ class RobotModel:
         """
         mounted = lidar.mounted(spec.lidar)
         if spec.footprint is None:
-            return cls(spec, spec.width, spec.width, mounted)
-        return cls(spec, 2 * float(np.abs(np.asarray(spec.footprint)[:, 0]).max()), spec.width, mounted)
+            return cls(spec, -spec.radius, spec.radius, spec.width, mounted)
+        along = np.asarray(spec.footprint)[:, 0]
+        return cls(spec, float(along.min()), float(along.max()), spec.width, mounted)
+
+    @property
+    def length(self) -> float:
+        """Length of the chassis along x; the diameter of a disc."""
+        return self.front - self.back
+
+    @property
+    def chassis_x(self) -> float:
+        """Distance of the middle of the chassis from the axle."""
+        return (self.front + self.back) / 2
+
+    @property
+    def wheel_radius(self) -> float:
+        """Radius of the wheels, which lie inside the outline."""
+        return min(WHEEL_RADIUS, WHEEL_SHARE * self.width, self.front, -self.back)
 
     @property
     def lidar_pose(self) -> tuple[float, float, float, float]:
@@ -93,9 +112,9 @@ class RobotModel:
         return self.spec.wheel_separation
 
     @property
-    def caster_x(self) -> float:
-        """Distance of the casters from the middle."""
-        return 0.35 * self.length
+    def casters(self) -> dict[str, float]:
+        """Place of the casters along x, one before and one behind the axle."""
+        return {"front": 0.7 * self.front, "back": 0.7 * self.back}
 
     @property
     def caster_radius(self) -> float:
@@ -120,7 +139,7 @@ class RobotModel:
     def describe(self) -> str:
         """Say the outline in words."""
         if self.box:
-            return f"a box of {self.length:g} x {self.width:g} m"
+            return f"the box around the footprint, x from {self.back:g} to {self.front:g} m, {self.width:g} m wide"
         return f"a disc of radius {self.length / 2:g} m"
 
     def _thirds(self, a: float, b: float) -> float:

@@ -22,13 +22,14 @@ def rasterise_mesh(vertices, triangles, grid):
 
 def _fill(cells, corners):
     low, high = np.floor(corners.min(axis=0)).astype(int), np.ceil(corners.max(axis=0)).astype(int)
-    cols, rows = np.arange(max(low[0], 0), high[0]), np.arange(max(low[1], 0), high[1])
-    x, y = np.meshgrid(cols + 0.5, rows + 0.5)
+    low, high = np.maximum(low, 0), np.maximum(high, 0)
+    here = cells[low[1] : high[1], low[0] : high[0]]
+    rows, cols = (begin + np.arange(cells) + 0.5 for begin, cells in zip(low[::-1], here.shape, strict=True))
+    x, y = np.meshgrid(cols, rows)
     inside = np.ones(x.shape, bool)
     for (x0, y0), (x1, y1) in zip(corners, np.roll(corners, -1, axis=0), strict=True):
         inside &= (x1 - x0) * (y - y0) - (y1 - y0) * (x - x0) >= -1e-6
-    here = cells[rows[0] : rows[-1] + 1, cols[0] : cols[-1] + 1]
-    here |= inside[: here.shape[0], : here.shape[1]]
+    here |= inside
 
 
 def read_collada(path):

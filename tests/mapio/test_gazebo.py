@@ -150,6 +150,13 @@ def test_trees_name_their_controller_and_planner(exported):
     assert "BTCPP_format" not in tree.attrib
 
 
+def test_no_two_trees_have_the_same_id(exported):
+    """Lyrical keeps the trees that it loads by their IDs."""
+    roots = [ElementTree.parse(file).getroot() for file in sorted((exported[1] / "behavior_trees").iterdir())]
+    names = [root.find("BehaviorTree").get("ID") for root in roots]
+    assert names == [root.get("main_tree_to_execute") for root in roots] == ["MapBench_dwb", "MapBench_mppi"]
+
+
 def tree_of(**changes):
     return ElementTree.fromstring(navigation(**changes).files()["behavior_trees/dwb.xml"])
 
@@ -221,6 +228,29 @@ def test_what_no_parameter_of_nav2_says_is_a_comment():
     assert head[0] == "# Nav2 Jazzy."
     assert head[2:] == ['#   mppi.noise: "nav2"', "#   mppi.noise_seed: 7"]
     assert yaml.safe_load(text)["controller_server"] == PARAMS["controller_server"]
+
+
+def test_the_edge_of_a_map_is_a_wall(tmp_path):
+    grid = GridMap(np.eye(6, dtype=bool)[[1] * 6], 0.5, (-1.0, 2.0))
+    export_gazebo([scenario_on(grid, "open")], tmp_path, **OPTIONS)
+    framed = GridMap(grid.framed, 0.5, (-1.5, 1.5))
+    cells = rasterise_world(tmp_path / "worlds" / "open.sdf", tmp_path / "models", framed)
+    assert (cells == framed.occupancy).all()
+
+
+def test_the_chassis_is_the_box_around_a_footprint_that_has_its_axle_behind():
+    corners = ((0.4, 0.2), (-0.1, 0.2), (-0.1, -0.2), (0.4, -0.2))
+    model = RobotModel.of(RobotSpec(footprint=corners), LidarSettings())
+    assert (model.back, model.front, model.width) == (-0.1, 0.4, 0.4)
+    assert model.chassis_x == pytest.approx(0.15)
+    assert model.length == 0.5
+    assert model.casters["back"] < 0 < model.casters["front"]
+
+
+@pytest.mark.parametrize("robot", [make_robot("turtlebot3_burger"), make_robot("jackal"), RobotSpec(radius=0.05)])
+def test_the_wheels_lie_inside_the_outline(robot):
+    model = RobotModel.of(robot, LidarSettings())
+    assert model.separation / 2 + model.wheel_radius < model.width / 2
 
 
 @pytest.mark.parametrize("robot", ["turtlebot3_burger", "jackal"])
@@ -347,5 +377,6 @@ def test_no_name_is_given_twice_beside_each_other(exported):
 def test_the_bumper_feels_the_chassis(exported, model, plugin):
     root = ElementTree.parse(exported[1] / "models" / model / "model.sdf").getroot()
     bumper = root.find(".//sensor[@type='contact']")
+    assert bumper.findtext("contact/topic") == (None if plugin else "/contacts")
     assert root.find(f".//collision[@name='{bumper.findtext('contact/collision')}']") is not None
     assert (bumper.find("plugin") is not None) is plugin

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import argparse
 from types import SimpleNamespace
 
 import pytest
@@ -66,13 +67,42 @@ def test_the_launch_file_starts_simulator_robot_and_nav2(bundle, monkeypatch, si
     lidar = next(item for item in started if "base_scan" in getattr(item, "arguments", ()))
     assert lidar.arguments[:8] == [text for key in place for text in (f"--{key}", str(place[key]))]
     if simulator == "gz":
-        topic = "/world/map_1/model/mapbench_robot/link/base_link/sensor/bumper/contact"
-        assert nodes["parameter_bridge"].arguments[-1] == f"{topic}@ros_gz_interfaces/msg/Contacts[gz.msgs.Contacts"
-        assert nodes["parameter_bridge"].remappings == [(topic, "/contacts")]
+        # Topics without the name of the map, which is no name of a topic in ROS if it has a dash.
+        assert nodes["parameter_bridge"].arguments[-1] == "/contacts@ros_gz_interfaces/msg/Contacts[gz.msgs.Contacts"
+        assert not any("map_1" in argument for argument in nodes["parameter_bridge"].arguments)
     spawn = nodes["spawn_entity.py" if simulator == "classic" else "create"]
-    assert spawn.arguments[-8:] == [
-        "-x", str(maps[1].start.x), "-y", str(maps[1].start.y), "-z", "0.01", "-Y", str(maps[1].start.yaw),
-    ]  # fmt: skip
+    assert spawn.arguments[-8::2] == ["-x", "-y", "-z", "-Y"]
+    x, y, yaw = maps[1].start
+    assert [float(value) for value in spawn.arguments[-7::2]] == pytest.approx([x, y, 0.01, yaw])
+
+
+def test_the_spawners_get_no_exponents(bundle, monkeypatch):
+    launch = load_launch(monkeypatch, bundle[1])
+    arguments = launch.start_arguments({"start": [0.5, -2e-5, -1.2e-16]})
+    parser = argparse.ArgumentParser()
+    for name in "xyzY":
+        parser.add_argument(f"-{name}", type=float)
+    parsed = parser.parse_args(arguments)
+    assert (parsed.x, parsed.y, parsed.Y) == (0.5, -2e-5, 0.0)
+
+
+def test_the_default_trees_are_of_the_package(bundle, monkeypatch):
+    """Nav2's own trees name a controller FollowPath and ask for all behaviours; without one, nothing starts."""
+    _, folder, _ = bundle
+    *_, function = load_launch(monkeypatch, folder).generate_launch_description()
+    nodes = {node.name: node for node in function.function(None) if hasattr(node, "name")}
+    tree = str(folder / "behavior_trees" / "dwb.xml")
+    given = nodes["bt_navigator"].parameters[1]
+    assert {given["default_nav_to_pose_bt_xml"], given["default_nav_through_poses_bt_xml"]} == {tree}
+
+
+def test_recoveries_take_the_way_that_they_have_in_the_release(bundle, monkeypatch):
+    """Humble's bring-up sends their commands to the robot at once, later ones through the smoother."""
+    _, folder, release = bundle
+    *_, function = load_launch(monkeypatch, folder).generate_launch_description()
+    nodes = {node.name: node for node in function.function(None) if hasattr(node, "name")}
+    expected = [] if release == "humble" else [("cmd_vel", "cmd_vel_nav")]
+    assert nodes["behavior_server"].remappings == expected
 
 
 @pytest.mark.parametrize("smooths", [True, False])
