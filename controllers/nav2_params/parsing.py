@@ -33,6 +33,7 @@ from gym_mapbench.ros_params import (
     Kind,
     Section,
     known_class,
+    leaves,
     nest_dotted,
     overlay,
     parameter_names,
@@ -113,6 +114,7 @@ def parse_nav2_params(
     for name in given.repeated:
         findings.add("repeated", name)
     sections = find_sections(nodes, findings)
+    _tell_empty_lists(sections)
     servers = FilterServers(nodes, given.folder, findings)
     found, controllers = _read_sections(sections, servers)
     navigation, defaulted = _complete(found, controllers, preset or NavigationParams(release=recognition.release))
@@ -127,6 +129,13 @@ def parse_nav2_params(
         document=given,
         ros_only=nest_dotted(findings.kept),
     )
+
+
+def _tell_empty_lists(sections: Mapping[str, Section]) -> None:
+    """List the empty lists: they have no type, and a node of ROS does not start with a parameter without a type."""
+    for section in sections.values():
+        for key in (key for key, value in leaves(section.values) if isinstance(value, list) and not value):
+            section.findings.add("mistyped", f"{section.name}.{key}", "expected a list of one value or more")
 
 
 def _complete(

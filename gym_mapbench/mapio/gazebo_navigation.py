@@ -52,6 +52,11 @@ class BundledNavigation:
                 raise ConfigError(f"controller {name!r}: expected a plugin of controller_server, which has {known}")
 
     @property
+    def behaves(self) -> bool:
+        """Whether there are behaviours; a server with an empty list of them does not start."""
+        return bool(_plugins(self.params, "behavior_server", "behavior_plugins", least=0))
+
+    @property
     def smooths(self) -> bool:
         """Whether the velocity smoother stands between controller and base."""
         return "velocity_smoother" in self.params

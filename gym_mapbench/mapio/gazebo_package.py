@@ -80,6 +80,7 @@ class RosPackage:
             "maps": [{"name": s.name, "start": list(s.start), "goal": list(s.goal)} for s in self.scenarios],
             "controllers": list(self.navigation.controllers),
             "time_limit": self.time_limit,
+            "behavior_server": self.navigation.behaves,
             "velocity_smoother": self.navigation.smooths,
             "collision_monitor": self.navigation.monitors,
             "filter_servers": self.navigation.filter_servers,

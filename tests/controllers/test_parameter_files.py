@@ -684,6 +684,14 @@ def test_optional_parameters_and_those_of_other_names_have_types_too():
     assert mistyped(rpp) == {"controller_server.FollowPath.max_linear_vel": "expected a double; write 1.0"}
 
 
+def test_empty_lists_are_named():
+    """Nodes of ROS end at the start with "No parameter value set"."""
+    document = with_layers(["inflation_layer"], filters=[]) | {"behavior_server": node(behavior_plugins=[])}
+    wanted = "expected a list of one value or more"
+    assert mistyped(document)["local_costmap.local_costmap.filters"] == wanted
+    assert mistyped(document)["behavior_server.behavior_plugins"] == wanted
+
+
 def test_types_of_what_stands_in_for_another_plugin_are_unknown():
     layer = {"plugin": "spatio_temporal_voxel_layer/SpatioTemporalVoxelLayer", "mark_threshold": 0.0, **LASER}
     assert mistyped(with_layers(["stvl"], stvl=layer)) == {}

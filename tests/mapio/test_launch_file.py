@@ -51,6 +51,7 @@ def test_the_launch_file_starts_simulator_robot_and_nav2(bundle, monkeypatch, si
     launch = load_launch(monkeypatch, folder, simulator, headless)
     *declared, function = launch.generate_launch_description()
     choices = {name: fields.get("choices") for name, fields in declared}
+    assert choices["map"] == ["map_0", "map_1"]
     assert choices["simulator"] == (["classic", "gz"] if release == "humble" else ["gz"])
     started = function.function(None)
     first = started[0].cmd
@@ -103,6 +104,17 @@ def test_recoveries_take_the_way_that_they_have_in_the_release(bundle, monkeypat
     nodes = {node.name: node for node in function.function(None) if hasattr(node, "name")}
     expected = [] if release == "humble" else [("cmd_vel", "cmd_vel_nav")]
     assert nodes["behavior_server"].remappings == expected
+
+
+def test_a_server_without_behaviours_is_not_launched(monkeypatch, tmp_path):
+    params = {**PARAMS, "behavior_server": {"ros__parameters": {"behavior_plugins": []}}}
+    folder = tmp_path / "bundle"
+    maps = [thesis_scenario(seed, f"map_{seed}") for seed in range(2)]
+    export_gazebo(maps, folder, **(OPTIONS | {"navigation": navigation(params=params)}))
+    *_, function = load_launch(monkeypatch, folder).generate_launch_description()
+    nodes = {node.name: node for node in function.function(None) if hasattr(node, "name")}
+    assert "behavior_server" not in nodes
+    assert "behavior_server" not in nodes["lifecycle_manager"].parameters[0]["node_names"]
 
 
 @pytest.mark.parametrize("smooths", [True, False])
