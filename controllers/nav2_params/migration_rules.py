@@ -35,7 +35,10 @@ SINCE_HUMBLE = (
     Rename("bt_navigator", "default_bt_xml_filename", "default_nav_to_pose_bt_xml"),
     Rename("controller_server", "goal_checker_plugin", "goal_checker_plugins", True),
     Rename("recoveries_server", "recovery_plugins", "behavior_plugins"),
-    Rename("*", "transform_timeout", "transform_tolerance"),
+    *(
+        Rename(node, "transform_timeout", "transform_tolerance")
+        for node in ("recoveries_server", "behavior_server", "bt_navigator", "*_costmap")
+    ),
     Rename("*_costmap", "*.obstacle_range", "obstacle_max_range"),
     Rename("*_costmap", "*.raytrace_range", "raytrace_max_range"),
     Rename("controller_server", "*.max_allowed_time_to_collision", "max_allowed_time_to_collision_up_to_carrot"),

@@ -50,6 +50,8 @@ class Edits:
 
     text: str
     _changes: dict[tuple[int, int], str] = field(default_factory=dict)
+    _removed_from: dict[int, dict[int, Entry]] = field(default_factory=dict)
+    _filled: set[int] = field(default_factory=set)
 
     def rename(self, key: yaml.ScalarNode, text: str) -> None:
         """Give a parameter or a group another key."""
@@ -64,9 +66,8 @@ class Edits:
         if entry.group.flow_style:
             self._remove_in_braces(entry)
             return
-        start = self.text.rfind("\n", 0, entry.key.start_mark.index) + 1
-        end = self.text.find("\n", max(_end(entry.value), entry.key.end_mark.index))
-        self._changes[start, len(self.text) if end < 0 else end + 1] = ""
+        self._changes[self._lines(entry)] = ""
+        self._removed_from.setdefault(id(entry.group), {})[id(entry.key)] = entry
 
     def insert(self, group: yaml.MappingNode, name: str, value: Any) -> None:
         """Put a new parameter in front of the first one of a group."""
@@ -75,6 +76,7 @@ class Edits:
         after = ", " if group.flow_style else "\n" + " " * first.column
         at = (first.index, first.index)
         self._changes[at] = self._changes.get(at, "") + line + after
+        self._filled.add(id(group))
 
     def name_of(self, key: yaml.ScalarNode) -> str:
         """Return the key that a parameter or a group will have."""
@@ -98,6 +100,7 @@ class Edits:
         """Return the changed text; a change within a removed group goes with it."""
         text, behind = self.text, len(self.text) + 1
         self._rescue_inserts()
+        self._mark_empty()
         removed = self._removed()
         for start, end in sorted(self._changes, reverse=True):
             within = any(a <= start < b and end <= b and (a, b) != (start, end) for a, b in removed)
@@ -105,6 +108,22 @@ class Edits:
                 continue
             text, behind = text[:start] + self._changes[start, end] + text[end:], start
         return text
+
+    def _lines(self, entry: Entry) -> tuple[int, int]:
+        """Return where the lines of a parameter in block style begin and end."""
+        end = self.text.find("\n", max(_end(entry.value), entry.key.end_mark.index))
+        return self.text.rfind("\n", 0, entry.key.start_mark.index) + 1, len(self.text) if end < 0 else end + 1
+
+    def _mark_empty(self) -> None:
+        """Leave ``{}`` of a group that has nothing left: ROS reads no file with a key that has no value."""
+        for group, gone in self._removed_from.items():
+            first, *_ = gone.values()
+            if group in self._filled or len(gone) < len(first.group.value):
+                continue
+            start, end = self._lines(first)
+            for place in [(a, b) for a, b in self._changes if start <= a and b <= end]:
+                del self._changes[place]
+            self._changes[start, end] = " " * first.key.start_mark.column + "{}\n"
 
     def _removed(self) -> list[tuple[int, int]]:
         return [place for place, new in self._changes.items() if not new and place[1] > place[0]]

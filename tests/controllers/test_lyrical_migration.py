@@ -107,6 +107,23 @@ def test_a_file_of_jazzy_becomes_one_of_lyrical(migrate):
     assert read.navigation.controllers["FollowPath"].params["AckermannConstraints"] == {"min_turning_r": 0.4}
 
 
+@pytest.mark.parametrize("target", ["humble", "jazzy", "lyrical"])
+def test_other_nodes_keep_their_parameters(migrate, target):
+    """slam_toolbox has a transform_timeout of its own; Nav2's was renamed before Humble."""
+    other = "slam_toolbox:\n  ros__parameters: {transform_timeout: 0.2}\n"
+    own = "recoveries_server:\n  ros__parameters: {transform_timeout: 0.1}\n"
+    text = migrate(f"{JAZZY}{other}{own}", target).text
+    assert parameters(text, "slam_toolbox") == {"transform_timeout": 0.2}
+    assert parameters(text, "behavior_server") == {"transform_tolerance": 0.1}
+
+
+def test_a_node_that_loses_its_last_parameter_still_has_a_value(migrate):
+    """ROS reads no file with a key that has no value, so no node would start."""
+    tree = "  ros__parameters:\n    plugin_lib_names:\n      - nav2_wait_action_bt_node\n"
+    text = f"bt_navigator:\n{tree}velocity_smoother:\n  ros__parameters: {{smoothing_frequency: 20.0}}\n"
+    assert yaml.safe_load(migrate(text, "jazzy", "humble").text)["bt_navigator"] == {"ros__parameters": {}}
+
+
 def test_every_rename_and_every_default_that_changes_the_run_has_a_line(migrate):
     migration = migrate(JAZZY, "lyrical")
     assert list(migration.done) == [
