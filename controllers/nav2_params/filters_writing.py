@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from collections.abc import Iterator, Mapping
 from hashlib import sha256
 from typing import Any
@@ -22,7 +23,7 @@ Filter = KeepoutFilter | SpeedFilter
 
 def filter_groups(costmap: CostmapParams, where: str) -> dict[str, Any]:
     """Return the list of a costmap's filters and their groups; nothing where there are none."""
-    groups = {name: _group(each, f"{where}_{name}", costmap.release) for name, each in _filters(costmap)}
+    groups = {name: _group(each, _name(where, name), costmap.release) for name, each in _filters(costmap)}
     return {"filters": list(groups), **groups} if groups else {}
 
 
@@ -59,7 +60,12 @@ def _named(navigation: NavigationParams) -> Iterator[tuple[str, Filter]]:
     """Yield all filters, each with a name that no other has."""
     for where in COSTMAPS:
         for name, each in _filters(getattr(navigation, where)):
-            yield f"{where}_{name}", each
+            yield _name(where, name), each
+
+
+def _name(where: str, name: str) -> str:
+    """Return a filter's name for nodes and topics, which have letters, digits and underscores only in ROS."""
+    return f"{where}_{re.sub('[^A-Za-z0-9_]', '_', name)}"
 
 
 def _filters(costmap: CostmapParams) -> list[tuple[str, Filter]]:

@@ -236,6 +236,15 @@ def test_written_files_read_back_the_same(folder, tmp_path, release):
     assert again.local_costmap == navigation.local_costmap
 
 
+def test_nodes_and_topics_have_names_that_ros_takes():
+    costmap = CostmapParams(keepout_filters={"keep-out": KeepoutFilter(mask=MASK)})
+    written = write_nav2_params(NavigationParams(local_costmap=costmap))
+    server = "local_costmap_keep_out_filter_info_server"
+    topic = written[server]["ros__parameters"]["filter_info_topic"]
+    group = written["local_costmap"]["local_costmap"]["ros__parameters"]["keep-out"]
+    assert group["filter_info_topic"] == topic == "local_costmap_keep_out_info"
+
+
 def test_saved_settings_hold_the_masks(folder):
     navigation = read(folder, zones=keepout(), slow=speed()).navigation
     assert NavigationParams(**navigation.model_dump(mode="json")) == navigation
