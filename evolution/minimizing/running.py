@@ -91,10 +91,7 @@ def run_minimizing(
         RunError: If no worker starts, or nothing can be written.
     """
     document = {"minimization": _document(scenario, plan, verdict, settings)}
-    if resume:
-        MINIMIZATION.resume(path, document, itemgetter("minimization"))
-    else:
-        MINIMIZATION.begin(path, document)
+    MINIMIZATION.begin_or_resume(path, document, itemgetter("minimization"), resume=resume)
     with (
         exclusive_store(MINIMIZATION, path, resources.wait_s) as store,
         resources.evaluator(run_job, store, preparation(plan.controllers, plan.settings)) as evaluator,

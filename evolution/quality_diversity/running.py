@@ -43,10 +43,7 @@ def run_atlas(
     ribs_archives()
     settings.check(experiment.plan.names)
     document = {"experiment": experiment.document(), "atlas": settings.model_dump(mode="json")}
-    if resume:
-        ATLAS.resume(path, document, _options)
-    else:
-        ATLAS.begin(path, document)
+    ATLAS.begin_or_resume(path, document, _options, resume=resume)
     with (
         exclusive_store(ATLAS, path, resources.wait_s) as store,
         resources.evaluator(run_job, store, preparation(experiment.controllers, experiment.run)) as evaluator,

@@ -62,11 +62,7 @@ def run_tuning(
         RunError: If no worker starts, or nothing can be written.
     """
     text.with_values(plan.own)
-    document = {"tuning": plan.document()}
-    if resume:
-        TUNING.resume(path, document, itemgetter("tuning"))
-    else:
-        TUNING.begin(path, document)
+    TUNING.begin_or_resume(path, {"tuning": plan.document()}, itemgetter("tuning"), resume=resume)
     own = plan.jobs_with(None)
     with (
         exclusive_store(TUNING, path, resources.wait_s) as store,
