@@ -8,7 +8,17 @@ from operator import itemgetter
 from pathlib import Path
 from typing import Any, Protocol
 
-from evolution.driving import DEFAULT_RESOURCES, Job, JobPlan, OnRun, Resources, RunResult, drive, preparation, run_job
+from evolution.driving import (
+    DEFAULT_RESOURCES,
+    Job,
+    JobPlan,
+    OnRun,
+    Resources,
+    RunResult,
+    drive,
+    preparation_of,
+    run_job,
+)
 from evolution.files import Row, write_json
 from evolution.minimizing.delta_debugging import BATCH, minimal
 from evolution.minimizing.obstacles import Cells, farthest_first, halves, map_with, obstacles_of
@@ -94,7 +104,7 @@ def run_minimizing(
     MINIMIZATION.begin_or_resume(path, document, itemgetter("minimization"), resume=resume)
     with (
         exclusive_store(MINIMIZATION, path, resources.wait_s) as store,
-        resources.evaluator(run_job, store, preparation(plan.controllers, plan.settings)) as evaluator,
+        resources.evaluator(run_job, store, preparation_of([(plan.controllers, plan.settings)])) as evaluator,
     ):
         search = _Search(scenario, plan, verdict, settings, evaluator, on_step, on_run)
         search.measure()

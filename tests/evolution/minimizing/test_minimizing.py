@@ -148,7 +148,7 @@ def minimise(path, keep="rpp fails", workers=1, on_run=None, resume=False):
 @pytest.fixture
 def no_robot(monkeypatch):
     monkeypatch.setattr("evolution.minimizing.running.run_job", blocked)
-    monkeypatch.setattr("evolution.minimizing.running.preparation", lambda *_: None)
+    monkeypatch.setattr("evolution.minimizing.running.preparation_of", lambda *_: None)
 
 
 def test_the_cause_is_left(no_robot, tmp_path):
