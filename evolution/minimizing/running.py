@@ -27,7 +27,6 @@ from evolution.minimizing.verdicts import Trial, Verdict
 from evolution.runs import exclusive_store
 from gym_mapbench.errors import ConfigError
 from gym_mapbench.mapio import save_map_set
-from gym_mapbench.metrics.episode import Episode
 from gym_mapbench.quantities import Count
 from gym_mapbench.settings import Settings
 from gym_mapbench.world.scenario import MapSet, Scenario
@@ -80,7 +79,6 @@ def run_minimizing(
     resources: Resources = DEFAULT_RESOURCES,
     on_step: OnStep = lambda _: None,
     on_run: OnRun | None = None,
-    drive: Callable[[Job], Episode] = drive,
 ) -> Minimized:
     """Minimise a map, or continue.
 
@@ -94,7 +92,6 @@ def run_minimizing(
         resources: Workers, executor and time limits; the results do not depend on it.
         on_step: Called with a line about each smaller map.
         on_run: Called after each run with its job, its result, and the number of remaining runs of its batch.
-        drive: Runs a job of the original map and records the driven path.
 
     Raises:
         ConfigError: If the verdict does not hold on the map, or the directory holds something else.
