@@ -8,7 +8,7 @@ from pathlib import Path
 from statistics import fmean, stdev
 
 from evolution.api import compose
-from evolution.driving import Evaluator, ResultStore, preparation, run_job
+from evolution.driving import Evaluator, ResultStore, preparation_of, run_job
 from evolution.files import Row, Table, write_text
 from evolution.quality_diversity import AtlasSettings, search_atlas
 from evolution.search import experiment_of
@@ -24,7 +24,7 @@ def measure(method: str, seed: int, args: argparse.Namespace, store: ResultStore
     settings = AtlasSettings(
         runs=args.runs, repeats=args.repeats, held_out_seeds=args.held_out_seeds, fresh=METHODS[method]
     )
-    prepare = preparation(experiment.controllers, experiment.run)
+    prepare = preparation_of([(experiment.controllers, experiment.run)])
     with Evaluator(run_job, store, workers=args.workers, warm_up=prepare) as evaluator:
         found = search_atlas(experiment, settings, evaluator)
     figures = found.searched.cells, found.held_out.cells, found.held_out.coverage, found.held_out.qd_score

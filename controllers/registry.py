@@ -32,11 +32,6 @@ CONTROLLERS: Registry[Callable[..., Any]] = Registry("controller", "controllers"
 """All controllers; those of third parties are called as described at the top of this module."""
 
 
-def controller_names() -> tuple[str, ...]:
-    """Return, sorted, the names that :func:`make_controller` knows with any parameter file."""
-    return CONTROLLERS.names()
-
-
 def relative_cost(name: str, navigation: NavigationParams) -> float:
     """Return the CPU time of a controller's runs, relative to Regulated Pure Pursuit.
 

@@ -1,8 +1,8 @@
 """Directories of results: the table of their kinds, by which every command recognises a directory and reads it.
 
 A kind is a :class:`~evolution.files.DirectoryKind`, with which its room begins (``begin``), recognises (``holds``),
-opens (``open``) and continues (``resume``) its directories, and the function here that reads one back. A new kind is a
-line in :data:`KINDS`; if it has a page, also one in ``PAGES`` of :mod:`evolution.report.writing`.
+opens (``open``) and continues (``check_resumed``) its directories, and the function here that reads one back. A new
+kind is a line in :data:`KINDS`; if it has a page, also one in ``PAGES`` of :mod:`evolution.report.writing`.
 """
 
 from __future__ import annotations

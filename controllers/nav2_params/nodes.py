@@ -22,7 +22,7 @@ SECTIONS = (
     "velocity_smoother",
     "collision_monitor",
 )
-MISSPELT = 0.85
+MISSPELT_NODE = 0.85
 """Similarity from which on an unknown node is probably a misspelt one that is read."""
 
 
@@ -119,7 +119,7 @@ def _open(node: Node, findings: Findings) -> Section:
 def _leave(node: Node, findings: Findings, missing: set[str]) -> None:
     """List a node that is not read; refuse it if it looks like a misspelt section that is missing."""
     known = _is_known(node.name)
-    near = None if known else nearest_name(node.name, missing, MISSPELT)
+    near = None if known else nearest_name(node.name, missing, MISSPELT_NODE)
     if near:
         raise ConfigError(f"{node.full}: unknown section; did you mean {near!r}?")
     if known or _serves_ros(node.group):

@@ -47,7 +47,7 @@ TREES_PLANNER = "GridBased"
 USUAL_PLANNER = "navfn"
 """Nav2's default planner; it stands in for planners that are not built here."""
 
-MISSPELT = 0.8
+MISSPELT_BEHAVIOR = 0.8
 """Similarity from which on an unknown behaviour is probably a misspelt one of the tree."""
 TREE_FILE = "default_nav_to_pose_bt_xml"
 DEFAULT_TREE = "nav2_bt_navigator)/behavior_trees/navigate_to_pose_w_replanning_and_recovery.xml"
@@ -213,7 +213,7 @@ def _tell_missing_behaviors(sections: Mapping[str, Section]) -> None:
     names = list(map(str, given))
     others = [name for name in names if name not in BEHAVIORS]
     for name in [name for name in BEHAVIORS if name not in names]:
-        near = nearest_name(name, others, MISSPELT)
+        near = nearest_name(name, others, MISSPELT_BEHAVIOR)
         got = f", got {near!r}" if near else ""
         server.findings.add("missing", f"{server.name}.{name}", f"expected in behavior_plugins{got}")
 

@@ -3,14 +3,13 @@
 from __future__ import annotations
 
 import functools
-from importlib.resources import as_file, files
 from typing import Any
 
 from controllers.nav2_params.navigation import NavigationParams
 from controllers.nav2_params.parsing import parse_nav2_params
 from controllers.releases import RELEASES, Release
 from gym_mapbench.errors import unknown_name
-from gym_mapbench.files.documents import read_yaml
+from gym_mapbench.files.bundled import read_bundled
 from gym_mapbench.ros_params import overlay
 
 __all__ = ["PRESETS", "counterpart", "load_preset", "overlay", "read_preset"]
@@ -45,7 +44,6 @@ def read_preset(name: str) -> dict[str, Any]:
 
     In its file, ``extends: other`` at the top lays it over that one.
     """
-    with as_file(files("controllers") / "presets" / f"{name}.yaml") as path:
-        document: dict[str, Any] = read_yaml(path)
+    document: dict[str, Any] = read_bundled("controllers", "presets", f"{name}.yaml")
     base = document.pop("extends", None)
     return overlay(read_preset(base), document) if base else document

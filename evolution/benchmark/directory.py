@@ -37,11 +37,7 @@ def begin_benchmark(path: Path, benchmark: Mapping[str, Any], *, resume: bool) -
         ConfigError: If it holds anything, or with ``resume`` if another benchmark was begun there.
         RunError: If it cannot be written, or with ``resume`` if it holds no benchmark or another version's.
     """
-    document = {"benchmark": benchmark}
-    if resume:
-        BENCHMARK.resume(path, document, itemgetter("benchmark"))
-    else:
-        BENCHMARK.begin(path, document)
+    BENCHMARK.begin_or_resume(path, {"benchmark": benchmark}, itemgetter("benchmark"), resume=resume)
     return path
 
 

@@ -9,7 +9,7 @@ from controllers.learned import NO_CARD, read_card
 from controllers.nav2_params import NavigationParams, counterpart
 from controllers.releases import Release
 from evolution.commands.console import note
-from evolution.commands.options import names_in, non_negative, positive, positive_number, seconds
+from evolution.commands.options import MESSAGE_OPTIONS, names_in, non_negative, positive, positive_number, seconds
 from evolution.commands.parameter_file import add_reading_options, describe_parameter_file, read_parameter_file
 from evolution.driving import (
     DEFAULT_RESOURCES,
@@ -70,6 +70,11 @@ def add_drive_options(
         help=f"{names_in(ROBOTS)} (default: that of the --params file; without one {default.format(WORLD.robot.name)})",
     )
     add_reading_options(group)
+    _add_world_options(group, default, noise)
+
+
+def _add_world_options(group: argparse._ArgumentGroup, default: str, noise: str | None) -> None:
+    """Add the options about the world; arguments as for :func:`add_drive_options`."""
     group.add_argument(
         "--robot-radius",
         type=positive_number,
@@ -161,7 +166,7 @@ def repeatable(given: Sequence[str]) -> list[str]:
     for argument in rest:
         if argument in flags:
             next(rest, None)
-        elif argument not in ("--resume", "--quiet", "--verbose") and argument.partition("=")[0] not in flags:
+        elif argument not in ("--resume", *MESSAGE_OPTIONS) and argument.partition("=")[0] not in flags:
             kept.append(argument)
     return kept
 

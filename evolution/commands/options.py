@@ -13,6 +13,13 @@ from gym_mapbench.generator import FAMILIES
 from gym_mapbench.registry import Registry
 from gym_mapbench.world.scenario import Pose
 
+MESSAGE_OPTIONS = {
+    "--quiet": "print results and errors only",
+    "--verbose": "print the files, presets and seeds in use, the outcome of each run, and the effect of every key of a "
+    "parameter file",
+}
+"""Options of every command that change its messages and not its result."""
+
 
 def example_parser(
     subparsers: argparse._SubParsersAction[argparse.ArgumentParser], name: str, examples: str
@@ -44,14 +51,8 @@ def _add_common_options(parser: argparse.ArgumentParser) -> None:
     They have no default here: the default of an action would replace the value before its name; see ``COMMON``.
     """
     words = parser.add_mutually_exclusive_group()
-    words.add_argument("--quiet", action="store_true", default=argparse.SUPPRESS, help="print results and errors only")
-    words.add_argument(
-        "--verbose",
-        action="store_true",
-        default=argparse.SUPPRESS,
-        help="print the files, presets and seeds in use, the outcome of each run, and the effect of every key of a "
-        "parameter file",
-    )
+    for flag, what in MESSAGE_OPTIONS.items():
+        words.add_argument(flag, action="store_true", default=argparse.SUPPRESS, help=what)
     parser.add_argument(
         "--allow-code",
         action="store_true",

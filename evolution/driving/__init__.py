@@ -35,7 +35,7 @@ from evolution.driving.resources import DEFAULT_RESOURCES, Resources
 from evolution.driving.seeds import derive_seed
 from evolution.driving.settings import DriveSettings, ParameterFile, with_parameters
 from evolution.driving.store import WAIT_SECONDS, ResultStore
-from evolution.driving.warmup import is_compiled, preparation, preparation_of, warm_up
+from evolution.driving.warmup import is_compiled, preparation_of, warm_up
 from evolution.driving.worker import check_room, drive, run_job, try_controllers
 
 Crew = WorkerSetup
@@ -79,7 +79,6 @@ __all__ = [
     "import_shipped_kernels",
     "is_compiled",
     "model_digest",
-    "preparation",
     "preparation_of",
     "run_episode",
     "run_job",

@@ -49,13 +49,8 @@ PRESET_OF: dict[Release, str] = {"humble": "thesis", "jazzy": "jazzy", "lyrical"
 PAUSE_SECONDS = 0.05
 
 
-def preparation(controllers: Iterable[ControllerSpec], settings: DriveSettings) -> Callable[[], None]:
-    """Return a warm-up for workers that loads the kernels of these controllers and no others."""
-    return preparation_of([(controllers, settings)])
-
-
 def preparation_of(worlds: Iterable[tuple[Iterable[ControllerSpec], DriveSettings]]) -> Callable[[], None]:
-    """Return a warm-up for workers whose runs are in several worlds, each with its controllers.
+    """Return a warm-up for workers that loads the kernels of the controllers of some worlds, and no others.
 
     If nothing is compiled yet, the kernels that came with the package are taken where they are this machine's.
     """

@@ -93,8 +93,15 @@ class DirectoryKind:
         if not self.holds(path):
             raise WriteError(f"{path}: was deleted or moved while results were written")
 
-    def resume(self, path: Path, document: Mapping[str, Any], options: Options = dict) -> dict[str, Any]:
-        """Open a directory that is continued; arguments and errors as for :meth:`open` and :meth:`check_resumed`."""
+    def begin_or_resume(
+        self, path: Path, document: Mapping[str, Any], options: Options = dict, *, resume: bool
+    ) -> dict[str, Any]:
+        """Begin a directory, or continue the one that is there, and return the content of its file.
+
+        Arguments and errors as for :meth:`begin`, or with ``resume`` as for :meth:`open` and :meth:`check_resumed`.
+        """
+        if not resume:
+            return self.begin(path, document)
         config = self.open(path)
         self.check_resumed(path, config, document, options)
         return config

@@ -8,7 +8,17 @@ from operator import itemgetter
 from pathlib import Path
 from typing import Any, Protocol
 
-from evolution.driving import DEFAULT_RESOURCES, Job, JobPlan, OnRun, Resources, RunResult, drive, preparation, run_job
+from evolution.driving import (
+    DEFAULT_RESOURCES,
+    Job,
+    JobPlan,
+    OnRun,
+    Resources,
+    RunResult,
+    drive,
+    preparation_of,
+    run_job,
+)
 from evolution.files import Row, write_json
 from evolution.minimizing.delta_debugging import BATCH, minimal
 from evolution.minimizing.obstacles import Cells, farthest_first, halves, map_with, obstacles_of
@@ -17,7 +27,6 @@ from evolution.minimizing.verdicts import Trial, Verdict
 from evolution.runs import exclusive_store
 from gym_mapbench.errors import ConfigError
 from gym_mapbench.mapio import save_map_set
-from gym_mapbench.metrics.episode import Episode
 from gym_mapbench.quantities import Count
 from gym_mapbench.settings import Settings
 from gym_mapbench.world.scenario import MapSet, Scenario
@@ -70,7 +79,6 @@ def run_minimizing(
     resources: Resources = DEFAULT_RESOURCES,
     on_step: OnStep = lambda _: None,
     on_run: OnRun | None = None,
-    drive: Callable[[Job], Episode] = drive,
 ) -> Minimized:
     """Minimise a map, or continue.
 
@@ -84,20 +92,16 @@ def run_minimizing(
         resources: Workers, executor and time limits; the results do not depend on it.
         on_step: Called with a line about each smaller map.
         on_run: Called after each run with its job, its result, and the number of remaining runs of its batch.
-        drive: Runs a job of the original map and records the driven path.
 
     Raises:
         ConfigError: If the verdict does not hold on the map, or the directory holds something else.
         RunError: If no worker starts, or nothing can be written.
     """
     document = {"minimization": _document(scenario, plan, verdict, settings)}
-    if resume:
-        MINIMIZATION.resume(path, document, itemgetter("minimization"))
-    else:
-        MINIMIZATION.begin(path, document)
+    MINIMIZATION.begin_or_resume(path, document, itemgetter("minimization"), resume=resume)
     with (
         exclusive_store(MINIMIZATION, path, resources.wait_s) as store,
-        resources.evaluator(run_job, store, preparation(plan.controllers, plan.settings)) as evaluator,
+        resources.evaluator(run_job, store, preparation_of([(plan.controllers, plan.settings)])) as evaluator,
     ):
         search = _Search(scenario, plan, verdict, settings, evaluator, on_step, on_run)
         search.measure()

@@ -19,12 +19,12 @@ if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
 
-def convergence_figure(series: Mapping[str, tuple[ArrayLike, ArrayLike]], xlabel: str = "evaluations") -> Figure:
+def convergence_figure(series: Mapping[str, tuple[ArrayLike, ArrayLike]]) -> Figure:
     """Best fitness so far over the budget, one line per run or method; lower is better."""
     figure, (axes,) = new_figure()
     for name, (x, y) in series.items():
         axes.step(x, y, where="post", color=colour_of(list(series), name), label=name)
-    axes.set_xlabel(xlabel)
+    axes.set_xlabel("evaluations")
     axes.set_ylabel("best fitness (lower is better)")
     axes.grid(alpha=0.3)
     axes.legend(frameon=False)
@@ -155,14 +155,11 @@ def _intervals(axes: Axes, rows: Sequence[Mapping[str, Any]], quantity: str, at:
     axes.errorbar(values, at, xerr=reach, linestyle="none", markersize=5, elinewidth=1.2, capsize=2, **look)
 
 
-def box_figure(
-    panels: Mapping[str, Mapping[str, ArrayLike]], ylabel: str = "fitness (lower is better)", highest: float = np.inf
-) -> Figure:
+def box_figure(panels: Mapping[str, Mapping[str, ArrayLike]], highest: float = np.inf) -> Figure:
     """Figure 5.2: box plots of one number per run, the single runs drawn on them.
 
     Args:
         panels: By title, the groups of one panel: by name, one number per run.
-        ylabel: What the numbers are.
         highest: Numbers of this value or more are not drawn but counted below the name.
     """
     widest = max(map(len, panels.values()))
@@ -181,7 +178,7 @@ def box_figure(
         axes.set_title(title, fontsize=10)
         axes.tick_params(axis="x", rotation=35)
         axes.grid(axis="y", alpha=0.3)
-    columns[0].set_ylabel(ylabel)
+    columns[0].set_ylabel("fitness (lower is better)")
     return figure
 
 

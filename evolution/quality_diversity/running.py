@@ -6,7 +6,7 @@ from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
 
-from evolution.driving import DEFAULT_RESOURCES, OnRun, Resources, preparation, run_job
+from evolution.driving import DEFAULT_RESOURCES, OnRun, Resources, preparation_of, run_job
 from evolution.quality_diversity.grid import ribs_archives
 from evolution.quality_diversity.results import ATLAS, Atlas
 from evolution.quality_diversity.search import OnStep, search_atlas
@@ -43,13 +43,10 @@ def run_atlas(
     ribs_archives()
     settings.check(experiment.plan.names)
     document = {"experiment": experiment.document(), "atlas": settings.model_dump(mode="json")}
-    if resume:
-        ATLAS.resume(path, document, _options)
-    else:
-        ATLAS.begin(path, document)
+    ATLAS.begin_or_resume(path, document, _options, resume=resume)
     with (
         exclusive_store(ATLAS, path, resources.wait_s) as store,
-        resources.evaluator(run_job, store, preparation(experiment.controllers, experiment.run)) as evaluator,
+        resources.evaluator(run_job, store, preparation_of([(experiment.controllers, experiment.run)])) as evaluator,
     ):
         found = search_atlas(experiment, settings, evaluator, on_step=on_step, on_run=on_run)
         ATLAS.check_there(path)

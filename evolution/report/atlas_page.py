@@ -3,21 +3,20 @@
 from __future__ import annotations
 
 import shlex
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from pathlib import Path
 from statistics import median
 
 import numpy as np
 import yaml
 
-from evolution.driving import Job, JobPlan, drive
+from evolution.driving import JobPlan, drive
 from evolution.files import write_text
 from evolution.quality_diversity import ELITES, HISTORY, Atlas, Elite
 from evolution.report.benchmark_page import page_table
 from evolution.report.cell_grid import CellGrid, FilledCell
 from evolution.report.page import Attachment, Report, Section, render_page
 from evolution.report.replays import ReplayedMap
-from gym_mapbench.metrics.episode import Episode
 
 ABOUT = (
     "Each cell holds the simplest reliable map with these ratios of the controllers' times, at its place after the "
@@ -29,16 +28,13 @@ SETS = (
 )
 
 
-def write_atlas_report(
-    atlas: Atlas, page: Path, arguments: Sequence[str] = (), drive: Callable[[Job], Episode] = drive
-) -> None:
+def write_atlas_report(atlas: Atlas, page: Path, arguments: Sequence[str] = ()) -> None:
     """Write the page of an atlas; the first held-out run of each controller is re-run for the replays.
 
     Args:
         atlas: The atlas.
         page: The file.
         arguments: The command line after ``mapbench``; empty if it was started from Python.
-        drive: Runs a job and records everything.
     """
     experiment, history = atlas.experiment, atlas.table("history")
     names = experiment.plan.names
@@ -52,7 +48,7 @@ def write_atlas_report(
             {"atlas": atlas.settings.model_dump(mode="json"), **experiment.document()}, sort_keys=False
         ),
         grid=_grid(atlas),
-        maps=[_replayed(atlas, elite, drive) for elite in atlas.elites],
+        maps=[_replayed(atlas, elite) for elite in atlas.elites],
         group_name="Cell",
         sections=[Section("Tables", [SETS], tables, id="tables")],
         downloads=[
@@ -98,7 +94,7 @@ def _title(atlas: Atlas, elite: Elite) -> str:
     return f"{elite.scenario.name}: {', '.join(ratios)}; {', '.join(times)}"
 
 
-def _replayed(atlas: Atlas, elite: Elite, drive: Callable[[Job], Episode]) -> ReplayedMap:
+def _replayed(atlas: Atlas, elite: Elite) -> ReplayedMap:
     experiment = atlas.experiment
     plan = JobPlan(experiment.controllers, experiment.run, experiment.search.seed)
     repeat = atlas.settings.repeats

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import shlex
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Iterator, Sequence
 from pathlib import Path
 
 import numpy as np
@@ -17,7 +17,7 @@ from evolution.benchmark import (
     table_of_pairs,
     table_of_scores,
 )
-from evolution.driving import Job, JobPlan, drive
+from evolution.driving import JobPlan, drive
 from evolution.files import Row, Table, write_text
 from evolution.report.page import Attachment, Report, Section, render_page
 from evolution.report.page import Table as PageTable
@@ -41,11 +41,7 @@ REASONS = ("map", "controller", "repeat", "outcome", "reason")
 
 
 def write_benchmark_report(
-    result: Benchmark,
-    page: Path,
-    arguments: Sequence[str] = (),
-    notes: Sequence[str] = (),
-    drive: Callable[[Job], Episode] = drive,
+    result: Benchmark, page: Path, arguments: Sequence[str] = (), notes: Sequence[str] = ()
 ) -> None:
     """Write the page of a benchmark; one run of each controller on each map is re-run for its replay.
 
@@ -54,21 +50,18 @@ def write_benchmark_report(
         page: The file; see :func:`evolution.report.writing.new_page`.
         arguments: The command line after ``mapbench``; empty if the benchmark was started from Python.
         notes: Further paragraphs below the verdict.
-        drive: Runs a job and records everything.
 
     Raises:
         RunError: If the benchmark was read from a file, which does not hold its maps, or the page cannot be written.
     """
     if result.plan is None:
         raise RunError(f"{page}: expected a benchmark that was just run; a file of results does not hold its maps")
-    write_text(page, render_page(report_of_benchmark(result, result.plan, arguments, notes, drive)))
+    write_text(page, render_page(report_of_benchmark(result, result.plan, arguments, notes)))
 
 
-def report_of_benchmark(
-    result: Benchmark, plan: JobPlan, arguments: Sequence[str], notes: Sequence[str], drive: Callable[[Job], Episode]
-) -> Report:
+def report_of_benchmark(result: Benchmark, plan: JobPlan, arguments: Sequence[str], notes: Sequence[str]) -> Report:
     """Return the page of a benchmark; the arguments are those of :func:`write_benchmark_report`."""
-    driven = [_driven(result, plan, scenario, drive) for scenario in result.scenarios[:MOST_REPLAYS]]
+    driven = [_driven(result, plan, scenario) for scenario in result.scenarios[:MOST_REPLAYS]]
     radius = float(plan.settings.robot.radius)
     count = maps_and_runs(len(result.scenarios), plan.repeats)
     return Report(
@@ -135,7 +128,7 @@ def _faster(pair: Row) -> Iterator[str]:
     )
 
 
-def _driven(result: Benchmark, plan: JobPlan, scenario: Scenario, drive: Callable[[Job], Episode]) -> list[Episode]:
+def _driven(result: Benchmark, plan: JobPlan, scenario: Scenario) -> list[Episode]:
     """Re-run the run of each controller on a map whose time is the median; runs that ended in an error are left out."""
     episodes = []
     for number, name in enumerate(plan.names):

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import io
 import shlex
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from dataclasses import replace
 from pathlib import Path
 
@@ -20,7 +20,7 @@ from evolution.benchmark import (
     table_of_scores,
     verdict_of_comparison,
 )
-from evolution.driving import Job, drive
+from evolution.driving import drive
 from evolution.files import Row, write_text
 from evolution.pictures import sweep_figure
 from evolution.report.benchmark_page import INTERVALS, maps_and_runs, page_table, typical_run
@@ -34,19 +34,13 @@ MOST_MAPS, MOST_SIDES = 12, 6
 """Largest numbers of maps with replays and of replays of one map; more would make the page too large to open."""
 
 
-def write_comparison_report(
-    result: ParameterComparison,
-    page: Path,
-    arguments: Sequence[str] = (),
-    drive: Callable[[Job], Episode] = drive,
-) -> None:
+def write_comparison_report(result: ParameterComparison, page: Path, arguments: Sequence[str] = ()) -> None:
     """Write the page of a comparison; one run of each side is re-run on the maps where the sides differ most.
 
     Args:
         result: The comparison, as :func:`evolution.compare` returned it.
         page: The file; see :func:`evolution.report.writing.new_page`.
         arguments: The command line after ``mapbench``; empty if the comparison was started from Python.
-        drive: Runs a job and records everything.
 
     Raises:
         RunError: If the comparison was read from a file, which does not hold its maps, or the page cannot be written.
@@ -62,7 +56,7 @@ def write_comparison_report(
         verdict=verdict_of_comparison(result),
         command=shlex.join(["mapbench", *arguments]) if arguments else "evolution.compare(...), see the configuration",
         configuration=yaml.safe_dump(document, sort_keys=False),
-        maps=_replays(result, drive),
+        maps=_replays(result),
         sections=_sections(result),
         downloads=[
             Attachment("bench.json", "application/json", result.to_json().encode()),
@@ -104,14 +98,14 @@ def _figure(result: ParameterComparison) -> Attachment:
     return picture("Success and mean time with 95 % intervals; dashed line or cross: own values", content.getvalue())
 
 
-def _replays(result: ParameterComparison, drive: Callable[[Job], Episode]) -> list[ReplayedMap]:
+def _replays(result: ParameterComparison) -> list[ReplayedMap]:
     """Return the replays of the maps where the sides differ most."""
     by_name = {scenario.name: scenario for scenario in result.scenarios}
     shown = list(result.table("maps"))[:MOST_MAPS]
     sides = list(result.sides)[:MOST_SIDES]
     replays = []
     for row in shown:
-        episodes = [one for side in sides for one in _episode(result, side, by_name[row["map"]].name, drive)]
+        episodes = [one for side in sides for one in _episode(result, side, by_name[row["map"]].name)]
         if episodes:
             title = _title(row, sides)
             radius = float(result.configurations[0].plan.settings.robot.radius)
@@ -126,7 +120,7 @@ def _title(row: Row, sides: Sequence[str]) -> str:
     return f"{row['map']}: {goals}" if len(goals) <= LONGEST_TITLE else str(row["map"])
 
 
-def _episode(result: ParameterComparison, side: str, name: str, drive: Callable[[Job], Episode]) -> list[Episode]:
+def _episode(result: ParameterComparison, side: str, name: str) -> list[Episode]:
     """Return the typical run of a side on a map, named after the side; nothing if all runs ended in an error."""
     configuration, number = _owner(result.configurations, side)
     scenario = next(one for one in result.scenarios if one.name == name)

@@ -3,27 +3,20 @@
 from __future__ import annotations
 
 import shlex
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from pathlib import Path
 
 import yaml
 
-from evolution.driving import Job, JobPlan, drive
+from evolution.driving import JobPlan, drive
 from evolution.files import write_text
 from evolution.minimizing import Minimized
 from evolution.report.benchmark_page import page_table
 from evolution.report.page import Report, Section, Table, render_page
 from evolution.report.replays import ReplayedMap
-from gym_mapbench.metrics.episode import Episode
 
 
-def write_minimized_report(
-    result: Minimized,
-    plan: JobPlan,
-    page: Path,
-    arguments: Sequence[str] = (),
-    drive: Callable[[Job], Episode] = drive,
-) -> None:
+def write_minimized_report(result: Minimized, plan: JobPlan, page: Path, arguments: Sequence[str] = ()) -> None:
     """Write the page of a minimisation; the runs of the first seed are re-run for the replays.
 
     Args:
@@ -31,7 +24,6 @@ def write_minimized_report(
         plan: Controllers, world and seed of its runs.
         page: The file.
         arguments: The command line after ``mapbench``; empty if it was started from Python.
-        drive: Runs a job and records everything.
     """
     radius = float(plan.settings.robot.radius)
     before, after = result.table()

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import replace
-from importlib import resources
 from pathlib import Path
 from typing import Any
 
@@ -16,6 +15,7 @@ from evolution.search.experiment import Experiment
 from evolution.search.operators import scenario_on
 from evolution.search.option_names import nested_document
 from gym_mapbench.errors import ConfigError, unknown_name
+from gym_mapbench.files.bundled import bundled_names, read_bundled
 from gym_mapbench.files.documents import read_yaml
 from gym_mapbench.generator import ShapeSettings, clear_and_border, draw_from
 from gym_mapbench.trust import refuse_code
@@ -30,8 +30,7 @@ DEFAULT_CONTROLLERS = ("dwb", "mppi", "rpp")
 
 def preset_names() -> tuple[str, ...]:
     """Names of the presets that come with the package."""
-    folder = resources.files("evolution.search").joinpath("presets")
-    return tuple(sorted(entry.name.removesuffix(".yaml") for entry in folder.iterdir() if entry.name.endswith(".yaml")))
+    return bundled_names("evolution.search", "presets")
 
 
 def load_preset(name: str) -> dict[str, Any]:
@@ -42,8 +41,7 @@ def load_preset(name: str) -> dict[str, Any]:
     """
     if name not in preset_names():
         raise unknown_name("preset", name, preset_names())
-    with resources.as_file(resources.files("evolution.search").joinpath("presets", f"{name}.yaml")) as path:
-        document = read_yaml(path)
+    document = read_bundled("evolution.search", "presets", f"{name}.yaml")
     base = document.pop("base", None)
     return dict(document) if base is None else overlay(load_preset(base), document)
 

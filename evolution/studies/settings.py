@@ -3,8 +3,7 @@
 from __future__ import annotations
 
 import re
-from collections.abc import Iterable, Mapping
-from importlib import resources
+from collections.abc import Mapping
 from pathlib import Path
 from typing import Annotated, Any, Literal
 
@@ -13,6 +12,7 @@ from pydantic import AfterValidator, Field, JsonValue, field_validator, model_va
 from controllers.nav2_params.presets import overlay
 from evolution.search import SECTIONS, nested, nested_document, short_names
 from gym_mapbench.errors import ConfigError, unknown_name
+from gym_mapbench.files.bundled import bundled_names, read_bundled
 from gym_mapbench.files.documents import read_yaml
 from gym_mapbench.generator import Cellular
 from gym_mapbench.quantities import Count, Few
@@ -282,7 +282,7 @@ def _check_needs(configuration: Configuration, earlier: Mapping[str, Configurati
 
 def study_names() -> tuple[str, ...]:
     """Names of the studies that come with the package."""
-    return tuple(sorted(name.removesuffix(".yaml") for name in _bundled()))
+    return bundled_names("evolution.studies", "definitions")
 
 
 def load_study(name_or_file: str | Path) -> StudySettings:
@@ -302,9 +302,7 @@ def read_definition(name_or_file: str | Path) -> Any:
     """
     path = Path(name_or_file)
     if str(name_or_file) in study_names():
-        folder = resources.files("evolution.studies").joinpath("definitions")
-        with resources.as_file(folder.joinpath(f"{name_or_file}.yaml")) as file:
-            return read_yaml(file)
+        return read_bundled("evolution.studies", "definitions", f"{name_or_file}.yaml")
     if not path.exists() and path.suffix not in (".yaml", ".yml"):
         raise unknown_name("study", name_or_file, study_names())
     definition = read_yaml(path)
@@ -335,8 +333,3 @@ def _in_sections(definition: Mapping[str, Any]) -> dict[str, Any]:
     if not isinstance(experiment, Mapping):
         return dict(definition)
     return {**definition, "experiment": nested_document(experiment)}
-
-
-def _bundled() -> Iterable[str]:
-    folder = resources.files("evolution.studies").joinpath("definitions")
-    return [entry.name for entry in folder.iterdir() if entry.name.endswith(".yaml")]

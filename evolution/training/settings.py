@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from importlib import resources
 from pathlib import Path
 from typing import Annotated, Any, Literal, Self
 
@@ -12,6 +11,7 @@ from pydantic import Field, JsonValue, field_validator, model_validator
 from controllers.learned import EncodingSettings
 from gym_mapbench.env.config import EnvConfig
 from gym_mapbench.errors import ConfigError, unknown_name
+from gym_mapbench.files.bundled import bundled_names, read_bundled
 from gym_mapbench.files.documents import read_yaml
 from gym_mapbench.generator import PeopleSettings
 from gym_mapbench.quantities import Count, Fraction, Natural, NonNegative, Positive
@@ -213,8 +213,7 @@ class TrainSettings(Settings):
 
 def algorithm_names() -> tuple[str, ...]:
     """Names of the algorithms that the package has hyperparameters for."""
-    folder = resources.files(__package__).joinpath("algorithms")
-    return tuple(sorted(entry.name.removesuffix(".yaml") for entry in folder.iterdir() if entry.name.endswith(".yaml")))
+    return bundled_names("evolution.training", "algorithms")
 
 
 def load_algorithm(name: str) -> dict[str, Any]:
@@ -225,13 +224,8 @@ def load_algorithm(name: str) -> dict[str, Any]:
     """
     if name not in algorithm_names():
         raise unknown_name("algorithm", name, algorithm_names())
-    return overlay(_own_file("common.yaml"), _own_file("algorithms", f"{name}.yaml"))
-
-
-def _own_file(*parts: str) -> dict[str, Any]:
-    with resources.as_file(resources.files(__package__).joinpath(*parts)) as path:
-        document: dict[str, Any] = read_yaml(path)
-    return document
+    common = read_bundled("evolution.training", "common.yaml")
+    return overlay(common, read_bundled("evolution.training", "algorithms", f"{name}.yaml"))
 
 
 def train_settings(

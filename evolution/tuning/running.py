@@ -9,7 +9,7 @@ from pathlib import Path
 from typing import Any
 
 from controllers.nav2_params.values import Value
-from evolution.driving import DEFAULT_RESOURCES, OnRun, Resources, preparation, run_job
+from evolution.driving import DEFAULT_RESOURCES, OnRun, Resources, preparation_of, run_job
 from evolution.files import Row, csv_of, make_directory, write_json, write_text
 from evolution.runs import exclusive_store
 from evolution.tuning.figures import write_figures
@@ -62,15 +62,11 @@ def run_tuning(
         RunError: If no worker starts, or nothing can be written.
     """
     text.with_values(plan.own)
-    document = {"tuning": plan.document()}
-    if resume:
-        TUNING.resume(path, document, itemgetter("tuning"))
-    else:
-        TUNING.begin(path, document)
+    TUNING.begin_or_resume(path, {"tuning": plan.document()}, itemgetter("tuning"), resume=resume)
     own = plan.jobs_with(None)
     with (
         exclusive_store(TUNING, path, resources.wait_s) as store,
-        resources.evaluator(run_job, store, preparation(own.controllers, own.settings)) as evaluator,
+        resources.evaluator(run_job, store, preparation_of([(own.controllers, own.settings)])) as evaluator,
     ):
         rounds = search_in_rounds(plan, evaluator, on_trial, on_run)
         finalists = validate(rounds[-1].plan, rounds[-1].searched.trials, evaluator, on_run)

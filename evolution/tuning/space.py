@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping
-from importlib.resources import as_file, files
+from importlib.resources import files
 from pathlib import Path
 from typing import Any, Self
 
@@ -14,6 +14,7 @@ from controllers.nav2_params.plugins import PRIMARIES, SHIMS
 from controllers.nav2_params.values import Value, unused_critics, values_of
 from evolution.driving import DriveSettings
 from gym_mapbench.errors import ConfigError, unknown_name
+from gym_mapbench.files.bundled import read_bundled
 from gym_mapbench.files.documents import read_yaml
 from gym_mapbench.settings import Settings
 
@@ -123,8 +124,7 @@ def shipped_space(kind: str) -> SearchSpace:
     primary = SHIMS.get(kind, kind)
     if primary not in space_names():
         raise ConfigError(f"--space: expected the file of a search space, as there is none for the controller {kind!r}")
-    with as_file(files("controllers") / primary / FILE) as path:
-        return read_space(path)
+    return SearchSpace.from_mapping(read_bundled("controllers", primary, FILE), FILE)
 
 
 def shipped_document(kind: str) -> dict[str, Any]:

@@ -3,9 +3,7 @@
 from __future__ import annotations
 
 import math
-import multiprocessing
-from collections.abc import Callable, Iterator, Sequence
-from concurrent.futures import ProcessPoolExecutor
+from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import lru_cache
 from pathlib import Path
@@ -15,7 +13,7 @@ import numpy as np
 from scipy import stats
 
 from controllers.navigator.navigator import Navigator
-from evolution.driving import environment_for, run_episode
+from evolution.driving import EXECUTORS, RUN_TIMEOUT_SECONDS, WorkerSetup, environment_for, run_episode, warm_up
 from evolution.validation.measures import Cases, Measure
 from evolution.validation.oracle import Oracle, Preset
 from evolution.validation.setup import KINDS, make_follower, navigation_of, robot_of
@@ -82,20 +80,16 @@ class DrivenRun:
         return clearance is not None and abs(clearance) < NEAR_CONTACT
 
 
-def drive_recorded(oracle: Oracle, workers: int, on_run: Callable[[DrivenRun], None] | None = None) -> list[DrivenRun]:
-    """Drive every recorded run of our controllers again."""
+def drive_recorded(oracle: Oracle, workers: int) -> list[DrivenRun]:
+    """Re-run every recorded run of our controllers; the results are the same for any number of workers."""
     tasks = [
         RunTask(oracle.directory, preset.name, index)
         for preset in oracle.presets
         for index, record in enumerate(oracle.runs(preset))
         if record["controller"] in KINDS
     ]
-    driven = []
-    for run in _map(tasks, workers):
-        driven.append(run)
-        if on_run is not None:
-            on_run(run)
-    return driven
+    with EXECUTORS.get("processes")(WorkerSetup(workers, RUN_TIMEOUT_SECONDS, warm_up)) as pool:
+        return list(pool.map(drive_again, tasks))
 
 
 def closed_loop_measures(driven: Sequence[DrivenRun]) -> list[Measure]:
@@ -157,15 +151,6 @@ def _spearman(both: Sequence[DrivenRun]) -> Measure:
     enough = len(both) > 2 and np.ptp(ours) > 0 and np.ptp(recorded) > 0
     rho = float(stats.spearmanr(ours, recorded).statistic) if enough else float("nan")
     return Measure("spearman", rho, len(both), target=">= 0.99")
-
-
-def _map(tasks: Sequence[RunTask], workers: int) -> Iterator[DrivenRun]:
-    """Drive all tasks; the results are the same for any number of workers."""
-    if workers == 1:
-        yield from map(drive_again, tasks)
-        return
-    with ProcessPoolExecutor(workers, mp_context=multiprocessing.get_context("spawn")) as pool:
-        yield from pool.map(drive_again, tasks, chunksize=8)
 
 
 def drive_again(task: RunTask) -> DrivenRun:

@@ -20,14 +20,13 @@ NEAREST = 1.0
 MAX_GOALS = 20
 
 
-def draw_task(grid: GridMap, robot: RobotSpec, rng: np.random.Generator, name: str = "random") -> Scenario | None:
+def draw_task(grid: GridMap, robot: RobotSpec, rng: np.random.Generator) -> Scenario | None:
     """Sample start and goal on a map, connected for the robot, with uniform distances and headings.
 
     Args:
         grid: The map.
         robot: Its shape.
         rng: Source of all randomness.
-        name: Name of the scenario.
 
     Returns:
         The map with its task; None if the robot has no room for one.
@@ -43,7 +42,7 @@ def draw_task(grid: GridMap, robot: RobotSpec, rng: np.random.Generator, name: s
         wanted = rng.uniform(NEAREST, farthest)
         number = int(np.argmin(np.abs(away - wanted)))
         if away[number] >= NEAREST:
-            return Scenario(grid, _pose(grid, reached[number], rng), _pose(grid, goal, rng), name)
+            return Scenario(grid, _pose(grid, reached[number], rng), _pose(grid, goal, rng), "random")
     return None
 
 

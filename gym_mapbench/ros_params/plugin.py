@@ -16,7 +16,7 @@ from gym_mapbench.settings import Settings
 
 RosNames = Mapping[Release, str]
 """Release -> the class of a plugin in ROS; a release that does not have the plugin is left out."""
-MISSPELT = 0.9
+MISSPELT_PLUGIN = 0.9
 """Similarity from which on an unknown class is probably a misspelt known one."""
 
 
@@ -58,7 +58,7 @@ def name_of_class(ros_class: object, classes: Mapping[str, RosNames], where: str
     if name is not None:
         return name
     built = [next(iter(names.values())) for names in classes.values()]
-    near = nearest_name(str(ros_class), built, MISSPELT)
+    near = nearest_name(str(ros_class), built, MISSPELT_PLUGIN)
     hint = f"did you mean {near!r}?" if near else f"expected one of: {', '.join(built)}"
     raise ConfigError(f"{where}: {what} {str(ros_class)!r} is not built here ({hint})")
 

@@ -16,7 +16,7 @@ from gym_mapbench.settings import Settings
 S = TypeVar("S", bound=Settings)
 RELEASE = "release"
 """The parameter of this project that names the release whose behaviour is modelled."""
-MISSPELT = 0.8
+MISSPELT_KEY = 0.8
 """Similarity from which on an unknown key is probably a misspelt known one."""
 
 
@@ -185,7 +185,7 @@ class Section:
         elif why is not None:
             add("other_release", full, why)
         else:
-            near = nearest_name(given, [*valid, *keys.renamed], MISSPELT)
+            near = nearest_name(given, [*valid, *keys.renamed], MISSPELT_KEY)
             add("unknown", full, f"did you mean {near!r}?" if near else "")
 
 

@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 
 from controllers.base import Controller
-from controllers.registry import controller_names, make_controller
+from controllers.registry import CONTROLLERS, make_controller
 from evolution.driving.one_run import environment_for, run_episode
 from gym_mapbench.env.config import EnvConfig
 from gym_mapbench.env.groups import OBSERVATION_KEYS
@@ -19,7 +19,7 @@ from gym_mapbench.metrics.episode import Episode
 from gym_mapbench.world.gridmap import GridMap
 from gym_mapbench.world.scenario import Pose, Scenario
 
-NAMES = controller_names()
+NAMES = CONTROLLERS.names()
 ROOM = GridMap.from_rows(("#" * 70, *["#" + "." * 68 + "#"] * 38, "#" * 70), 0.05)
 AHEAD = Scenario(ROOM, Pose(0.8, 1.0, 0.0), Pose(2.6, 1.0, 0.0), "ahead")
 BEND = Scenario(ROOM, Pose(0.8, 0.7, 1.57), Pose(2.6, 1.3, 0.0), "bend")

@@ -6,7 +6,7 @@ import pytest
 
 from controllers.nav2_params import load_preset, parse_nav2_params
 from controllers.navigator.navigator import Navigator
-from controllers.registry import FOLLOWERS, controller_names, make_controller
+from controllers.registry import CONTROLLERS, FOLLOWERS, make_controller
 from controllers.rl import as_controller
 from gym_mapbench import registry
 from gym_mapbench.errors import ConfigError, PluginError
@@ -15,7 +15,7 @@ from tests.controllers.plain_follower import PlainFollower
 
 
 def test_names():
-    assert {"dwb", "mppi", "rpp"} <= set(controller_names())
+    assert {"dwb", "mppi", "rpp"} <= set(CONTROLLERS.names())
 
 
 @pytest.mark.parametrize("name", ["dwb", "mppi", "rpp"])
@@ -147,7 +147,7 @@ class TestThirdParties:
         monkeypatch.setattr(registry, "entry_points", points)
 
     def test_listed_with_the_others(self):
-        assert controller_names() == tuple(sorted({"broken", "learned", "mine", *FOLLOWERS}))
+        assert CONTROLLERS.names() == tuple(sorted({"broken", "learned", "mine", *FOLLOWERS}))
 
     def test_gets_its_parameters_and_the_navigation(self):
         controller = make_controller("mine", preset="fair", speed=0.2)

@@ -35,9 +35,9 @@ OFFICE = Path(__file__).resolve().parents[2] / "examples" / "office.yaml"
 @pytest.fixture
 def fake_robot(monkeypatch):
     """Runs without a robot."""
-    monkeypatch.setattr("evolution.api.run_job", fake_runs.misbehave)
-    monkeypatch.setattr("evolution.api.preparation_of", lambda *_: None)
-    monkeypatch.setattr("evolution.api.write_run_figures", lambda _: None)
+    monkeypatch.setattr("evolution.api.evaluators.run_job", fake_runs.misbehave)
+    monkeypatch.setattr("evolution.api.evaluators.preparation_of", lambda *_: None)
+    monkeypatch.setattr("evolution.api.searches.write_run_figures", lambda _: None)
 
 
 @pytest.mark.usefixtures("fake_robot")

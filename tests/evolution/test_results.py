@@ -19,11 +19,12 @@ def test_every_kind_begins_is_recognised_and_continues(tmp_path):
     for kind in KINDS:
         path = tmp_path / kind.directory.what
         assert recognise(path) is None
-        config = kind.directory.begin(path, {"options": {"seed": 3}})
+        config = kind.directory.begin_or_resume(path, {"options": {"seed": 3}}, resume=False)
         assert kind_of(path) is kind
-        assert kind.directory.open(path) == config == kind.directory.resume(path, {"options": {"seed": 3}})
+        assert kind.directory.open(path) == config
+        assert kind.directory.begin_or_resume(path, {"options": {"seed": 3}}, resume=True) == config
         with pytest.raises(ConfigError, match=r"options\.seed was 3 when the"):
-            kind.directory.resume(path, {"options": {"seed": 4}})
+            kind.directory.begin_or_resume(path, {"options": {"seed": 4}}, resume=True)
 
 
 def test_a_path_that_holds_no_results_is_refused(tmp_path):

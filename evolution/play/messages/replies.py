@@ -280,6 +280,3 @@ class Error(Data):
     type: Literal["error"] = "error"
     id: int | None
     message: str
-
-
-Reply = Way | Run | Answer | Instant | Offers | Error

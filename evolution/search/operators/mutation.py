@@ -112,11 +112,6 @@ class Mutator:
                 break
         return scenario_on(cells, self.shapes, genome), names
 
-    def change(self, cells: Cells, rng: np.random.Generator) -> tuple[Cells, tuple[str, ...]]:
-        """Return a copy of ``(rows, cols)`` cells without genome, changed by :meth:`vary`, and the operators' names."""
-        varied, names = self.vary(scenario_on(cells, self.shapes), rng)
-        return varied.map.occupancy, names
-
     def probabilities(self, scenario: Scenario) -> dict[str, float]:
         """Return the configured probabilities of the operators for a map."""
         return self.settings.probabilities if scenario.genome is None else self.settings.gene_probabilities
@@ -180,17 +175,6 @@ class Mutator:
     def _robot(self) -> RobotSpec:
         assert self.robot is not None
         return self.robot
-
-
-def mutate_map(
-    cells: Cells,
-    shapes: ShapeSettings,
-    settings: MutationSettings,
-    rng: np.random.Generator,
-    families: Sequence[FamilySpec] = (),
-) -> Cells:
-    """Return a mutated copy of ``(rows, cols)`` cells, see :class:`Mutator`."""
-    return Mutator(shapes, settings, families).change(cells, rng)[0]
 
 
 def label_obstacles(cells: Cells, connectivity: int = 4) -> tuple[Labels, int]:

@@ -103,7 +103,7 @@ def run_sweep(
     scenarios = settings.scenarios()[:maps]
     for name in worlds:
         _check(settings, name, scenarios)
-    _begin(path, settings, resume)
+    SWEEP.begin_or_resume(path, {"sweep": settings.model_dump(mode="json")}, itemgetter("sweep"), resume=resume)
     jobs = [(name, job) for name in worlds for scenario in scenarios for job in plans[name].jobs(scenario)]
     prepare = preparation_of((plan.controllers, plan.settings) for plan in plans.values())
     with (
@@ -162,14 +162,6 @@ def _check(settings: SweepSettings, world: str, scenarios: Sequence[Scenario]) -
 def _row(world: str, job: Job, result: RunResult) -> Row:
     """Return one line of ``runs.csv``, without wall-clock values, which differ between repetitions."""
     return {"world": world, **bench_row(job, replace(result, timings={}))}
-
-
-def _begin(path: Path, settings: SweepSettings, resume: bool) -> None:
-    document = {"sweep": settings.model_dump(mode="json")}
-    if resume:
-        SWEEP.resume(path, document, itemgetter("sweep"))
-    else:
-        SWEEP.begin(path, document)
 
 
 def _written(results: SweepResults) -> SweepResults:

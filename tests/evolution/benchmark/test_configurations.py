@@ -173,8 +173,8 @@ def test_bad_sweeps(text, samples, message):
 
 @pytest.fixture
 def no_robot(monkeypatch):
-    monkeypatch.setattr("evolution.api.run_job", fake_runs.drive)
-    monkeypatch.setattr("evolution.api.preparation_of", lambda *_: bool)
+    monkeypatch.setattr("evolution.api.evaluators.run_job", fake_runs.drive)
+    monkeypatch.setattr("evolution.api.evaluators.preparation_of", lambda *_: bool)
 
 
 def test_the_directory_is_read_back_and_continued(no_robot, tmp_path):

@@ -178,9 +178,9 @@ def test_controllers_faster_than_the_world_are_refused(tmp_path, capsys):
 @pytest.fixture
 def fake_robot(monkeypatch):
     """Runs without a robot, of which those of the controller ``raises`` end in an error."""
-    monkeypatch.setattr("evolution.api.run_job", fake_runs.misbehave)
-    monkeypatch.setattr("evolution.api.preparation_of", lambda *_: fake_runs.touch_warm_up)
-    monkeypatch.setattr("evolution.api.write_run_figures", lambda _: None)
+    monkeypatch.setattr("evolution.api.evaluators.run_job", fake_runs.misbehave)
+    monkeypatch.setattr("evolution.api.evaluators.preparation_of", lambda *_: fake_runs.touch_warm_up)
+    monkeypatch.setattr("evolution.api.searches.write_run_figures", lambda _: None)
 
 
 SMALL_SEARCH = ["evolve", "--preset", "quick", "--pop-size", "2", "--evaluations", "2", "--maps-per-set", "2"]

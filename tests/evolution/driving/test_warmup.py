@@ -10,7 +10,7 @@ from pathlib import Path
 
 import pytest
 
-from evolution.driving import ControllerSpec, DriveSettings, preparation, preparation_of, warmup
+from evolution.driving import ControllerSpec, DriveSettings, preparation_of, warmup
 
 ROOT = Path(__file__).resolve().parents[3]
 
@@ -46,7 +46,7 @@ def test_only_what_the_controllers_need_is_loaded():
     settings = DriveSettings(navigation="jazzy")
     specs = [ControllerSpec(name=name) for name in ("slow", "shim_rpp", "rpp", "model.zip")]
     specs[0] = ControllerSpec(name="slow", kind="rpp")
-    assert preparation(specs, settings).args == (((("rpp", "shim_rpp"), "jazzy"),),)
+    assert preparation_of([(specs, settings)]).args == (((("rpp", "shim_rpp"), "jazzy"),),)
 
 
 def test_several_worlds_are_prepared_for_together():

@@ -141,14 +141,15 @@ def minimise(path, keep="rpp fails", workers=1, on_run=None, resume=False):
     plan = JobPlan(fake_runs.CONTROLLERS[2:], fake_runs.WORLD, 3)
     verdict = read_verdict(keep, plan.names)
     wanted = MinimizeSettings(seeds=2, held_out_seeds=3)
-    options = {"resources": resources.Resources(workers=workers), "on_run": on_run, "resume": resume, "drive": recorded}
+    options = {"resources": resources.Resources(workers=workers), "on_run": on_run, "resume": resume}
     return run_minimizing(scenario, plan, verdict, wanted, path, **options)
 
 
 @pytest.fixture
 def no_robot(monkeypatch):
     monkeypatch.setattr("evolution.minimizing.running.run_job", blocked)
-    monkeypatch.setattr("evolution.minimizing.running.preparation", lambda *_: None)
+    monkeypatch.setattr("evolution.minimizing.running.drive", recorded)
+    monkeypatch.setattr("evolution.minimizing.running.preparation_of", lambda *_: None)
 
 
 def test_the_cause_is_left(no_robot, tmp_path):

@@ -29,7 +29,9 @@ def atlas():
 @pytest.fixture(scope="module")
 def page(atlas, tmp_path_factory):
     path = tmp_path_factory.mktemp("atlas") / "report.html"
-    write_atlas_report(atlas, path, ["atlas", "--out", "a b"], drive=recorded)
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr("evolution.report.atlas_page.drive", recorded)
+        write_atlas_report(atlas, path, ["atlas", "--out", "a b"])
     return path
 
 

@@ -8,7 +8,7 @@ from scipy import ndimage
 
 from evolution.search.operators.adaptive import Credit, Trial
 from evolution.search.operators.mutation import MapMutation, Mutator, draw_changes, label_obstacles, obstacles_near
-from evolution.search.operators.sampling import as_column, sample_map_set
+from evolution.search.operators.sampling import as_column, sample_map_set, scenario_on
 from evolution.search.operators.settings import MutationSettings
 from gym_mapbench.errors import ConfigError
 from gym_mapbench.generator import ShapeSettings, interior, is_drivable, plan_way, sample_map
@@ -25,6 +25,11 @@ def mutator(name, **options):
     return Mutator(THESIS, settings, (), WAFFLE)
 
 
+def vary(mutates, cells, rng):
+    varied, names = mutates.vary(scenario_on(cells, THESIS), rng)
+    return varied.map.occupancy, names
+
+
 def drivable_maps(count=4):
     rng = np.random.default_rng(3)
     maps = (sample_map(rng, THESIS) for _ in range(50))
@@ -33,7 +38,7 @@ def drivable_maps(count=4):
 
 @pytest.mark.parametrize("cells", drivable_maps())
 def test_a_nudge_moves_an_obstacle_near_the_way_by_one_to_three_cells(cells):
-    mutated, names = mutator("nudge").change(cells, np.random.default_rng(0))
+    mutated, names = vary(mutator("nudge"), cells, np.random.default_rng(0))
     assert names == ("nudge",)
     changed = np.argwhere(mutated != cells)
     way = plan_way(cells, THESIS, WAFFLE)[:, ::-1] / THESIS.resolution - 0.5
@@ -49,7 +54,7 @@ def test_a_nudge_moves_an_obstacle_near_the_way_by_one_to_three_cells(cells):
 def test_a_new_obstacle_is_put_beside_the_way(cells):
     way = plan_way(cells, THESIS, WAFFLE)
     for seed in range(5):
-        mutated, _ = mutator("near_way").change(cells, np.random.default_rng(seed))
+        mutated, _ = vary(mutator("near_way"), cells, np.random.default_rng(seed))
         added = np.argwhere(mutated & ~cells)
         if len(added) == 0:  # it fell on other obstacles
             continue
@@ -61,7 +66,7 @@ def test_a_door_leaves_a_gap_in_a_wall_across_the_way():
     cells = nearly_free()
     way, widest = plan_way(cells, THESIS, WAFFLE), []
     for seed in range(10):
-        mutated, _ = mutator("door").change(cells, np.random.default_rng(seed))
+        mutated, _ = vary(mutator("door"), cells, np.random.default_rng(seed))
         if not (mutated & ~cells).any():  # in the cleared areas of start and goal
             continue
         added = (np.argwhere(mutated & ~cells)[:, ::-1] + 0.5) * THESIS.resolution
@@ -91,7 +96,7 @@ def test_redrawing_replaces_every_other_change():
     assert {len(changes) for changes in drawn if ("redraw" in [name for _, name in changes])} == {1}
     assert {len(changes) for changes in drawn if all(name == "move" for _, name in changes)} == {3}
     (cells, *_) = drivable_maps(1)
-    mutated, names = mutator("redraw").change(cells, np.random.default_rng(1))
+    mutated, names = vary(mutator("redraw"), cells, np.random.default_rng(1))
     assert names == ("redraw",)
     assert (mutated != cells).mean() > 0.02
 
@@ -100,8 +105,8 @@ def test_a_mutation_that_must_leave_a_way_does():
     (cells, *_) = drivable_maps(1)
     blocked = 0
     for seed in range(12):
-        closed, _ = mutator("door").change(cells, np.random.default_rng(seed))
-        left, _ = mutator("door", drivable=True).change(cells, np.random.default_rng(seed))
+        closed, _ = vary(mutator("door"), cells, np.random.default_rng(seed))
+        left, _ = vary(mutator("door", drivable=True), cells, np.random.default_rng(seed))
         blocked += not is_drivable(closed, THESIS, WAFFLE)
         assert is_drivable(left, THESIS, WAFFLE)
     assert blocked > 0

@@ -12,7 +12,7 @@ from evolution.search.operators.changes import move, scale, scale_shape
 from evolution.search.operators.crossover import CROSSOVERS, MapCrossover, pool_crossover, position_crossover
 from evolution.search.operators.duplicates import MapSetDuplicates
 from evolution.search.operators.edits import Edit
-from evolution.search.operators.mutation import MapMutation, Mutator, draw_changes, label_obstacles, mutate_map
+from evolution.search.operators.mutation import MapMutation, Mutator, draw_changes, label_obstacles
 from evolution.search.operators.repair import MapRepair, repair_scenario
 from evolution.search.operators.sampling import MapSampling, as_column, sample_map_set, scenario_on
 from evolution.search.operators.settings import MutationSettings
@@ -43,6 +43,10 @@ def inner(cells):
 def edit_of(cells, labels, **options):
     """An edit of obstacle 1."""
     return Edit(cells, labels, 1, THESIS, MutationSettings(**options))
+
+
+def mutate_map(cells, shapes, options, rng, families=()):
+    return Mutator(shapes, options, families).vary(scenario_on(cells, shapes), rng)[0].map.occupancy
 
 
 @given(seeds, seeds, st.sampled_from([SMALL, THESIS.replace(n_obstacles=(15, 20))]))

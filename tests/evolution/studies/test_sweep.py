@@ -118,7 +118,7 @@ def test_other_sweeps_and_damage_are_refused(done, tmp_path):
 
 def test_the_command_finds_sweeps_like_studies(done, capsys, monkeypatch):
     assert isinstance(load_definition("noise"), SweepSettings)
-    monkeypatch.setattr("evolution.api.run_sweep", lambda settings, path, **options: done)
+    monkeypatch.setattr("evolution.api.searches.run_sweep", lambda settings, path, **options: done)
     assert main(["study", str(done.path), "--resume"]) == 0
     assert "nominal" in capsys.readouterr().out
 

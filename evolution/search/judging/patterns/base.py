@@ -24,7 +24,7 @@ FORMER_NAMES = {"read": "score", "reading_name": "score_name"}
 """Former names of attributes of :class:`Pattern`; a subclass may still define them."""
 
 
-def check_maps(maps_per_set: int, fewest: int, fitness: str) -> None:
+def check_maps(maps_per_set: int, fitness: str, fewest: int = 2) -> None:
     """Refuse sets with too few maps for a fitness.
 
     Raises:

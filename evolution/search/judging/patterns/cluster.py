@@ -12,8 +12,6 @@ from evolution.search.judging.patterns.base import Pattern, Times, check_maps
 from evolution.search.judging.patterns.pools import Found, Pool, Scores, held_apart, orders_of, scores_in
 from gym_mapbench.errors import ConfigError
 
-FEWEST_MAPS = 2
-
 
 def pairwise_gaps(times: Times) -> list[float]:
     """Absolute differences of all pairs."""
@@ -64,7 +62,7 @@ class Cluster(Pattern):
     @classmethod
     def check(cls, maps_per_set: int, controllers: int) -> None:
         """Refuse single maps, which show no pattern."""
-        check_maps(maps_per_set, FEWEST_MAPS, "cluster")
+        check_maps(maps_per_set, "cluster")
 
     def score(self, times: Times) -> float:
         """Return the cluster score of the times.

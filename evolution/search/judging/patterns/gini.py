@@ -11,7 +11,6 @@ from numpy.typing import NDArray
 from evolution.search.judging.patterns.base import Pattern, Times, check_maps
 from evolution.search.judging.patterns.pools import Found, Pool, Scores, orders_of, scores_in
 
-FEWEST_MAPS = 2
 NO_PATTERN = -1e3
 """What Alg. 2 returns where there is no pattern."""
 
@@ -59,7 +58,7 @@ class Gini(Pattern):
     @classmethod
     def check(cls, maps_per_set: int, controllers: int) -> None:
         """Refuse single maps, which have no spread."""
-        check_maps(maps_per_set, FEWEST_MAPS, "gini")
+        check_maps(maps_per_set, "gini")
 
     def score(self, times: Times) -> float:
         """Return the Gini coefficient of the times."""

@@ -14,7 +14,6 @@ from evolution.search.judging.patterns.pools import Found, Pool
 
 CLEARLY = math.log(1.2)
 """Lead in the logarithm of the time that counts in full: a factor of 1.2."""
-FEWEST_MAPS = 2
 
 
 def pair_scores(times: Times) -> NDArray[np.float64]:
@@ -40,7 +39,7 @@ class Pairs(Pattern):
     @classmethod
     def check(cls, maps_per_set: int, controllers: int) -> None:
         """Refuse single maps: on one map, one of two controllers is faster."""
-        check_maps(maps_per_set, FEWEST_MAPS, "pairs")
+        check_maps(maps_per_set, "pairs")
 
     def score(self, times: Times) -> float:
         """Return how many times as long as the fastest controller the slowest takes, as a logarithm."""
@@ -48,7 +47,7 @@ class Pairs(Pattern):
 
     def judge(self, scores: Sequence[float], maps: Sequence[Times]) -> float:
         """Return the mean over the ordered pairs of the clearest lead on any of the maps."""
-        if not maps or len(maps[0]) < FEWEST_MAPS:
+        if not maps or len(maps[0]) < 2:
             return 0.0
         return float(np.max([pair_scores(times) for times in maps], axis=0).mean())
 
@@ -63,7 +62,7 @@ class Pairs(Pattern):
         This is exact: a map that is surpassed can be replaced by the one that surpasses it; if that one is in the set
         already, any map is as good.
         """
-        if len(pools) < FEWEST_MAPS:
+        if len(pools) < 2:
             return None
         scores = [np.array([pair_scores(times) for times in pool.times]) for pool in pools]
         *others, last = [_candidates(of_pool, len(pools)) for of_pool in scores]

@@ -69,7 +69,7 @@ class Roles(Pattern):
     @classmethod
     def check(cls, maps_per_set: int, controllers: int) -> None:
         """Refuse fewer than three maps or controllers."""
-        check_maps(maps_per_set, FEWEST, "roles")
+        check_maps(maps_per_set, "roles", FEWEST)
         if controllers < FEWEST:
             raise ConfigError(f"controllers: expected {FEWEST} or more with roles, got {controllers}")
 
