@@ -164,13 +164,15 @@ def _objectives(names: Sequence[str], fitness: str | None, config: Mapping[str, 
         config: Content of ``--config``; an algorithm that it names is kept.
 
     Raises:
-        ConfigError: If no fitness is named, or several.
+        ConfigError: If no fitness is named, or several, or a name occurs twice.
     """
+    if len(set(names)) < len(names):
+        raise ConfigError(f"--objectives: expected different names, got {', '.join(names)}")
     fitnesses = dict.fromkeys([*(name for name in names if name in FITNESSES), *([fitness] if fitness else [])])
     if len(fitnesses) != 1:
         raise ConfigError(
-            f"--objectives: expected one fitness among them ({options.names_in(FITNESSES)}), got "
-            f"{', '.join(fitnesses) or ', '.join(names)}"
+            f"--objectives: expected one fitness among them ({', '.join(FITNESSES)}), or another one with --fitness, "
+            f"got {', '.join(fitnesses) or ', '.join(names)}"
         )
     algorithm = nested_document(config).get("search", {}).get("ga", {}).get("algorithm", "nsga2")
     further = [name for name in names if name not in fitnesses]

@@ -34,7 +34,7 @@ from evolution.driving.pool import (
     prepare_worker,
 )
 from evolution.driving.store import ResultStore
-from gym_mapbench.errors import ConfigError, RunError
+from gym_mapbench.errors import ConfigError, PluginError, RunError
 from gym_mapbench.world.scenario import MapSet
 
 LOG = logging.getLogger(__name__)
@@ -212,7 +212,10 @@ class Evaluator:
         if self._executor is None:
             with EXECUTORS.blamed(self.executor):
                 prepare = partial(prepare_worker, self.warm_up)
-                self._executor = self._make(WorkerSetup(self.workers, self.timeout_s, prepare, self.scheduler))
+                made = self._make(WorkerSetup(self.workers, self.timeout_s, prepare, self.scheduler))
+            if not hasattr(made, "submit") or not hasattr(made, "shutdown"):
+                raise PluginError(f"executor {self.executor!r}: expected an Executor, got {made!r:.80}")
+            self._executor = made
         return self._executor
 
 

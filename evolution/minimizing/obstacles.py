@@ -28,9 +28,14 @@ def frame_of(occupancy: Cells) -> Cells:
 
 def obstacles_of(grid: GridMap) -> list[Cells]:
     """Return the obstacles inside the frame, each as ``(rows, cols)`` bool, in the order of their first cells."""
+    return connected(grid.occupancy & ~frame_of(grid.occupancy))
+
+
+def connected(cells: Cells) -> list[Cells]:
+    """Return the connected groups of some cells, each as ``(rows, cols)`` bool, in the order of their first cells."""
     from scipy import ndimage
 
-    labels, count = ndimage.label(grid.occupancy & ~frame_of(grid.occupancy), DIAGONAL)
+    labels, count = ndimage.label(cells, DIAGONAL)
     return [labels == number for number in range(1, count + 1)]
 
 

@@ -21,7 +21,7 @@ from evolution.driving import (
 )
 from evolution.files import Row, write_json
 from evolution.minimizing.delta_debugging import BATCH, minimal
-from evolution.minimizing.obstacles import Cells, farthest_first, halves, map_with, obstacles_of
+from evolution.minimizing.obstacles import Cells, connected, farthest_first, halves, map_with, obstacles_of
 from evolution.minimizing.results import MAPS, MINIMIZATION, SUMMARY, Minimized
 from evolution.minimizing.verdicts import Trial, Verdict
 from evolution.runs import exclusive_store
@@ -175,7 +175,7 @@ class _Search:
         kept, known = minimal(obstacles, self.first_of), -1
         while len(self.steps) != known:
             known = len(self.steps)
-            kept = minimal(self._cut(kept), self.first_of)
+            kept = minimal([part for cells in self._cut(kept) for part in connected(cells)], self.first_of)
         return self.with_obstacles(kept)
 
     def first_of(self, candidates: list[list[Cells]]) -> int | None:

@@ -123,7 +123,7 @@ class _Box:
 
     def volume_of(self, table: Floats) -> float:
         """Return the hypervolume of some points, ``(n, objectives)``."""
-        points = (table - self._ideal) / self._width
+        points = np.maximum((table - self._ideal) / self._width, 0.0)  # held-out values may be better than the box's
         inside = points[(points < 1.0).all(axis=1)] if len(points) else points
         return float(HV(ref_point=np.ones(len(self._names)))(inside)) if len(inside) else 0.0
 

@@ -76,10 +76,10 @@ class ParameterRange(Settings):
         return round(number) if self.integer else number
 
     def rounded(self, value: Value) -> Value:
-        """Return a sampled value as it is written into a parameter file."""
+        """Return a sampled value as it is written into a parameter file; it stays within the bounds."""
         if self.choices or self.integer or isinstance(value, str | bool) or not value:
             return value
-        return round(value, DIGITS - 1 - math.floor(math.log10(abs(value))))
+        return self.nearest(round(value, DIGITS - 1 - math.floor(math.log10(abs(value)))))
 
 
 class SearchSpace(Settings):

@@ -5,9 +5,10 @@ from __future__ import annotations
 from collections.abc import Callable, Mapping, Sequence
 from typing import Annotated, Any
 
+import numpy as np
 from pydantic import BeforeValidator, Field, JsonValue, model_validator
 
-from gym_mapbench.errors import ConfigError
+from gym_mapbench.errors import ConfigError, PluginError
 from gym_mapbench.generator.base import Family
 from gym_mapbench.generator.cellular import Cellular
 from gym_mapbench.generator.corridors import Corridors
@@ -15,6 +16,7 @@ from gym_mapbench.generator.doors import Doors
 from gym_mapbench.generator.motifs import MOTIFS, USUAL_WIDTH, AlongRoute, Sequences
 from gym_mapbench.generator.pillars import Pillars
 from gym_mapbench.generator.random_shapes import RandomShapes
+from gym_mapbench.generator.shapes import Cells, ShapeSettings
 from gym_mapbench.generator.slaloms import Slaloms
 from gym_mapbench.generator.sparse import Sparse
 from gym_mapbench.generator.u_traps import UTraps
@@ -58,6 +60,34 @@ def make_family(name: str, **options: Any) -> Family:
             return make(**options)
     except ConfigError as error:
         raise ConfigError(f"{name}: {error}") from None
+
+
+def sample_genes(name: str, family: Family, rng: np.random.Generator) -> Settings:
+    """Return the genes of one map of a family.
+
+    Raises:
+        PluginError: If a third-party family fails, or returns anything but genes.
+    """
+    with FAMILIES.blamed(name):
+        genes: object = family.draw_genes(rng)
+    if not isinstance(genes, Settings):
+        raise PluginError(f"family {name!r}: expected genes of a subclass of Settings, got {genes!r:.80}")
+    return genes
+
+
+def build_map(name: str, family: Family, genes: Settings, shapes: ShapeSettings) -> Cells:
+    """Return the ``(size, size)`` occupancy of a map of a family.
+
+    Raises:
+        PluginError: If a third-party family fails, or returns anything but cells of this size.
+    """
+    with FAMILIES.blamed(name):
+        cells: object = family.build(genes, shapes)
+    wanted = (shapes.size, shapes.size)
+    if not isinstance(cells, np.ndarray) or (cells.shape, cells.dtype) != (wanted, np.bool_):
+        got = f"{cells.dtype} {cells.shape}" if isinstance(cells, np.ndarray) else type(cells).__name__
+        raise PluginError(f"family {name!r}: expected cells as bool {wanted}, got {got}")
+    return cells
 
 
 class FamilySpec(Settings):

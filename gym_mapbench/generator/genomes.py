@@ -8,7 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from gym_mapbench.errors import ConfigError
-from gym_mapbench.generator.families import FamilySpec
+from gym_mapbench.generator.families import FamilySpec, build_map
 from gym_mapbench.generator.motifs import AlongRoute, MotifGenes, places
 from gym_mapbench.generator.shapes import Cells, ShapeSettings
 from gym_mapbench.settings import Settings
@@ -30,7 +30,7 @@ def genome_of(spec: FamilySpec, genes: Settings) -> Genome | None:
 def build_genome(genome: Genome, shapes: ShapeSettings) -> Cells:
     """Return the ``(size, size)`` occupancy of a genome's map; see :func:`read_genome`."""
     family, genes = read_genome(genome)
-    return family.build(genes, shapes)
+    return build_map(genome.family, family, genes, shapes)
 
 
 def elements_line(genome: Genome, start: Sequence[float], goal: Sequence[float]) -> NDArray[np.float64]:

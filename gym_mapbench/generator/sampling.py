@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 
 from gym_mapbench.costmap import CostmapParams, build_static_costmap
 from gym_mapbench.errors import ConfigError, NoPathError
-from gym_mapbench.generator.families import FamilySpec
+from gym_mapbench.generator.families import FamilySpec, build_map, sample_genes
 from gym_mapbench.generator.genomes import genome_of
 from gym_mapbench.generator.shapes import (
     Cells,
@@ -71,8 +71,8 @@ def draw_from(
     spec = families[int(rng.integers(len(families)))].for_robot(robot)
     family = spec.make()
     for _ in range(MAX_SAMPLES):
-        genes = family.draw_genes(rng)
-        cells = family.build(genes, shapes)
+        genes = sample_genes(spec.name, family, rng)
+        cells = build_map(spec.name, family, genes, shapes)
         if is_drivable(cells, shapes, robot):
             return DrawnMap(spec.name, genes, cells, genome_of(spec, genes))
     raise ConfigError(
@@ -153,8 +153,10 @@ def draw_obstacle(
     if not families:
         shape = draw_shape(rng, shapes)
         return shape, *draw_position(rng, (shape.shape[0], shape.shape[1]), area)
-    family = families[int(rng.integers(len(families)))].make()
-    return cut_piece(rng, interior(family.build(family.draw_genes(rng), shapes), shapes.border), shapes.wall_length[1])
+    spec = families[int(rng.integers(len(families)))]
+    family = spec.make()
+    cells = build_map(spec.name, family, sample_genes(spec.name, family, rng), shapes)
+    return cut_piece(rng, interior(cells, shapes.border), shapes.wall_length[1])
 
 
 def cut_piece(rng: np.random.Generator, cells: Cells, side: int) -> tuple[Cells, int, int]:

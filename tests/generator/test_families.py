@@ -13,7 +13,7 @@ from hypothesis import strategies as st
 import gym_mapbench  # noqa: F401, registers the env
 from gym_mapbench.env.config import EnvConfig
 from gym_mapbench.env.single import MapBenchEnv
-from gym_mapbench.errors import ConfigError
+from gym_mapbench.errors import ConfigError, PluginError
 from gym_mapbench.generator import (
     FAMILIES,
     FamilySpec,
@@ -31,6 +31,8 @@ from gym_mapbench.generator import (
     task_cells,
 )
 from gym_mapbench.generator.base import mirrored, wall_rows
+from gym_mapbench.generator.doors import Doors
+from gym_mapbench.generator.motifs import Motif
 from gym_mapbench.generator.sampling import cut_piece
 from gym_mapbench.metrics.map_metrics import narrowest_passage
 from gym_mapbench.world.gridmap import GridMap
@@ -268,3 +270,55 @@ def test_random_shapes_as_a_family_are_the_thesis_maps_that_can_be_driven():
     assert np.array_equal(one.cells, sample_map(np.random.default_rng(one.genes.layout), THESIS))
     genes = [make_family(name).genes for name in FAMILIES]
     assert len({*genes} - {MotifGenes}) == len(genes) - genes.count(MotifGenes)
+
+
+class Failing(Doors):
+    """A third party's family with an error."""
+
+    def draw_genes(self, rng):
+        return {}["gap"]
+
+
+class WithoutGenes(Doors):
+    """A third party's family whose genes are no settings."""
+
+    def draw_genes(self, rng):
+        return {"gap": 1.0}
+
+
+class Small(Doors):
+    """A third party's family with maps of another size."""
+
+    def build(self, genes, shapes):
+        return np.zeros((3, 3), dtype=bool)
+
+
+class FailingMotif(Motif):
+    """A third party's motif with an error."""
+
+    def walls(self, around, genes):
+        return genes["nothing"]
+
+
+@pytest.mark.parametrize(
+    ("name", "message"),
+    [
+        ("Failing", r"family '\S+:Failing': KeyError: 'gap', test_families.py line \d+"),
+        ("WithoutGenes", r"family '\S+': expected genes of a subclass of Settings, got \{'gap': 1.0\}"),
+        ("Small", r"family '\S+:Small': expected cells as bool \(150, 150\), got bool \(3, 3\)"),
+        ("FailingMotif", r"family '\S+:FailingMotif': KeyError: 'nothing', test_families.py line \d+"),
+    ],
+)
+def test_errors_of_a_third_party_name_the_family_and_the_line(name, message):
+    rng, spec = np.random.default_rng(0), FamilySpec(name=f"{__name__}:{name}")
+    with pytest.raises(PluginError, match=message):
+        draw_from(rng, [spec], THESIS, WAFFLE)
+    with pytest.raises(PluginError, match=message):
+        draw_obstacle(rng, THESIS, [spec], (140, 140))
+
+
+def test_errors_of_a_motif_in_a_sequence_name_the_motif():
+    motif = f"{__name__}:FailingMotif"
+    spec = FamilySpec(name="sequences", options={"motifs": {motif: {}}})
+    with pytest.raises(PluginError, match=rf"motif '{motif}': KeyError: 'nothing'"):
+        draw_from(np.random.default_rng(0), [spec], THESIS, WAFFLE)

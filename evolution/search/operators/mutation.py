@@ -22,6 +22,7 @@ from evolution.search.operators.gene_mutation import change_genome
 from evolution.search.operators.people_changes import change_people
 from evolution.search.operators.sampling import NOBODY, Cells, Column, as_column, scenario_on
 from evolution.search.operators.settings import MutationSettings
+from gym_mapbench.errors import PluginError
 from gym_mapbench.generator import (
     FamilySpec,
     PeopleSettings,
@@ -144,12 +145,8 @@ class Mutator:
         lifted = [obstacle for (obstacle, _), operator in zip(drawn, operators, strict=True) if operator.lifts]
         changed, genome = inside & ~np.isin(labels, lifted), None
         for (obstacle, name), operator in zip(drawn, operators, strict=True):
-            with OPERATORS.blamed(name):
-                edit = Edit(
-                    changed, labels, obstacle, self.shapes, self.settings, tuple(self.families), self.robot, way
-                )
-                operator.change(edit, rng)
-                genome = edit.genome
+            edit = Edit(changed, labels, obstacle, self.shapes, self.settings, tuple(self.families), self.robot, way)
+            changed, genome = _changed_by(name, operator, edit, rng), edit.genome
         mutated = cells.copy()
         interior(mutated, self.shapes.border)[:] = changed
         return clear_and_border(mutated, self.shapes), tuple(name for _, name in drawn), genome
@@ -175,6 +172,25 @@ class Mutator:
     def _robot(self) -> RobotSpec:
         assert self.robot is not None
         return self.robot
+
+
+def _changed_by(name: str, operator: Operator, edit: Edit, rng: np.random.Generator) -> Cells:
+    """Return the cells after the change of an operator.
+
+    Raises:
+        PluginError: If a third-party operator fails, returns a value, or leaves other cells.
+    """
+    wanted = edit.cells.shape
+    with OPERATORS.blamed(name):
+        answer: object = operator.change(edit, rng)  # type: ignore[func-returns-value]
+    if answer is not None:
+        got = type(answer).__name__
+        raise PluginError(f"mutation operator {name!r}: expected a change of edit.cells and no result, got {got}")
+    cells: object = edit.cells
+    if not isinstance(cells, np.ndarray) or (cells.shape, cells.dtype) != (wanted, np.bool_):
+        got = f"{cells.dtype} {cells.shape}" if isinstance(cells, np.ndarray) else type(cells).__name__
+        raise PluginError(f"mutation operator {name!r}: expected edit.cells as bool {wanted}, got {got}")
+    return cells
 
 
 def label_obstacles(cells: Cells, connectivity: int = 4) -> tuple[Labels, int]:

@@ -93,10 +93,13 @@ class AlongRoute(Settings):
                 continue
             dx, dy = centres - place.centre[0], (centres - place.centre[1])[:, None]
             along, across = (dx * unit[0] + dy * unit[1] for unit in (leg.along, leg.across))
-            motif = self.motif(section.motif)
-            around = Around(along, across, place.number, shapes.resolution)
-            cells |= motif.walls(around, motif.values(section, place.number))
+            self.add_walls(cells, section, Around(along, across, place.number, shapes.resolution))
         return clear_and_border(cells, shapes)
+
+    def add_walls(self, cells: Cells, section: Section, around: Around) -> None:
+        """Occupy the cells of one element of a section."""
+        motif = self.motif(section.motif)
+        cells |= motif.walls(around, motif.values(section, around.number))
 
 
 def places(family: AlongRoute, genes: MotifGenes, start: Sequence[float], goal: Sequence[float]) -> Iterator[Place]:

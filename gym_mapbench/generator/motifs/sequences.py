@@ -9,10 +9,12 @@ from pydantic import Field, JsonValue, model_validator
 
 from gym_mapbench.errors import ConfigError
 from gym_mapbench.generator.motifs.along_route import AlongRoute
+from gym_mapbench.generator.motifs.around import Around
 from gym_mapbench.generator.motifs.genes import Section
 from gym_mapbench.generator.motifs.motif import Motif
 from gym_mapbench.generator.motifs.registry import MOTIFS
 from gym_mapbench.generator.ranges import CountRange, sample_count
+from gym_mapbench.generator.shapes import Cells
 
 MotifOptions = dict[str, JsonValue]
 
@@ -59,6 +61,11 @@ class Sequences(AlongRoute):
         make = MOTIFS.get(name)
         with MOTIFS.blamed(name):
             return make(**self.motifs[name])
+
+    def add_walls(self, cells: Cells, section: Section, around: Around) -> None:
+        """As :meth:`AlongRoute.add_walls`; an error names the motif."""
+        with MOTIFS.blamed(section.motif):
+            super().add_walls(cells, section, around)
 
     def options_for(self, wider: float) -> dict[str, Any]:
         """As :meth:`AlongRoute.options_for`, for every motif."""

@@ -114,6 +114,8 @@ def test_ctrl_c_while_a_command_is_imported_is_one_line(monkeypatch, capsys):
         (["maps", "draw", "--family", "pillar", "--out", "x"], "did you mean 'pillars'"),
         (["maps", "draw", "--count", "0", "--out", "x"], "at least 1"),
         (["evolve", "--pop-size", "9", "--evaluations", "3"], "evaluations"),
+        (["evolve", "--objectives", "my:Own,n_obstacles"], "or another one with --fitness, got my:Own, n_obstacles"),
+        (["evolve", "--objectives", "gini,gini"], "--objectives: expected different names, got gini, gini"),
         (["evolve", "--metric", "foo"], "(expected one of: barn_score, curvature,"),
         (["evolve", "--controllers", "rpp"], "expected two or more to compare, got rpp alone"),
         (["evolve", "--metric", "time", "--failures", "never"], "never"),

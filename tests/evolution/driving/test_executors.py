@@ -54,6 +54,15 @@ def test_an_executor_that_cannot_be_made():
         evaluator.run(jobs_of(plan_of("any")))
 
 
+def test_an_executor_that_is_none(monkeypatch):
+    monkeypatch.setitem(EXECUTORS._entries, "forgotten", lambda setup: None)
+    with (
+        Evaluator(fake_runs.drive, executor="forgotten") as evaluator,
+        pytest.raises(PluginError, match="executor 'forgotten': expected an Executor, got None"),
+    ):
+        evaluator.run(jobs_of(plan_of("any")))
+
+
 def test_registered_in_a_script(monkeypatch):
     monkeypatch.setitem(EXECUTORS._entries, "plain", fake_runs.plain_pool)
     with Evaluator(fake_runs.drive, executor="plain") as evaluator:

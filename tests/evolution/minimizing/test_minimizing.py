@@ -132,12 +132,17 @@ def blocked(job):
     return RunResult("collision" if fails else "goal", 5.0 + job.scenario.map.occupancy.sum(), 3.0, seed=job.seed)
 
 
+def blocked_by_a_leg(job):
+    """Fails where the cells at x = 0.35 m and y = 0.25 to 0.55 m are occupied."""
+    return RunResult("collision" if job.scenario.map.occupancy[2:6, 3].all() else "goal", 5.0, 3.0, seed=job.seed)
+
+
 def recorded(job):
     return Episode(job.scenario, job.controller.name, 0, "goal", "", 1.0, 0.1, np.array([[0.15, 0.15, 0, 0, 0]]), None)
 
 
-def minimise(path, keep="rpp fails", workers=1, on_run=None, resume=False):
-    scenario = Scenario(GRID, Pose(0.15, 0.15), Pose(0.85, 0.15), "hand")
+def minimise(path, keep="rpp fails", workers=1, on_run=None, resume=False, grid=GRID):
+    scenario = Scenario(grid, Pose(0.15, 0.15), Pose(0.85, 0.15), "hand")
     plan = JobPlan(fake_runs.CONTROLLERS[2:], fake_runs.WORLD, 3)
     verdict = read_verdict(keep, plan.names)
     wanted = MinimizeSettings(seeds=2, held_out_seeds=3)
@@ -161,6 +166,17 @@ def test_the_cause_is_left(no_robot, tmp_path):
     again = load(tmp_path / "out")
     assert again.sentences() == found.sentences()
     assert again.after.map == found.after.map
+
+
+def test_a_part_that_a_cut_has_set_free_is_removed(no_robot, monkeypatch, tmp_path):
+    """Both legs of an upside-down U are in its lower half; the verdict needs only the left one, from end to end."""
+    rows = ["#" * 10, "#........#", "#..####..#", *["#..#..#..#"] * 7, "#........#", "#" * 10]
+    grid = GridMap.from_rows(rows, 0.1)
+    assert len(obstacles_of(grid)) == 1
+    monkeypatch.setattr("evolution.minimizing.running.run_job", blocked_by_a_leg)
+    (left,) = obstacles_of(minimise(tmp_path / "out", grid=grid).after.map)
+    assert left[2:6, 3].all()
+    assert left.sum() == 4
 
 
 def test_a_killed_minimisation_continues_with_the_same_bytes(no_robot, tmp_path):

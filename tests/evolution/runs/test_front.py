@@ -31,3 +31,10 @@ def test_sets_that_remain_on_a_front_are_counted_in_words(front, words):
 
 def test_a_front_that_was_not_re_evaluated_has_no_sentence():
     assert front_sentence([a_set(None)], [], ["fitness", "n_obstacles"]) == []
+
+
+def test_a_front_that_is_better_on_held_out_seeds_dominates_the_whole_box_and_no_more():
+    (sentence,) = front_sentence(
+        [a_set(1) | {"held_out_fitness": -1.5}], [{"fitness": -1.0, "n_obstacles": 3.0}], ["fitness", "n_obstacles"]
+    )
+    assert "Their hypervolume is 1.00, where the search reported 1.00." in sentence

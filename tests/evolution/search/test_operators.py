@@ -283,3 +283,36 @@ def test_an_operator_that_fails_says_so():
     options = MutationSettings(operators={f"{HERE}:stumble": 1.0}, **NONE)
     with pytest.raises(PluginError, match=r"stumble': LookupError: no obstacle is good enough, test_operators.py line"):
         mutate_map(sample_map(np.random.default_rng(0), SMALL), SMALL, options, np.random.default_rng(0))
+
+
+def fill_anew(edit, rng):
+    """As ``fill``, in an array of its own."""
+    edit.cells = np.ones_like(edit.cells)
+
+
+def return_cells(edit, rng):
+    return np.ones_like(edit.cells)
+
+
+def shrink(edit, rng):
+    edit.cells = edit.cells[1:]
+
+
+def test_an_operator_may_replace_the_cells():
+    cells = sample_map(np.random.default_rng(0), SMALL)
+    options = MutationSettings(operators={f"{HERE}:fill_anew": 1.0}, shapes_per_map=(2, 2), **NONE)
+    mutated = mutate_map(cells, SMALL, options, np.random.default_rng(0))
+    assert np.array_equal(mutated, clear_and_border(np.ones_like(cells), SMALL))
+
+
+@pytest.mark.parametrize(
+    ("name", "message"),
+    [
+        ("return_cells", "return_cells': expected a change of edit.cells and no result, got ndarray"),
+        ("shrink", r"shrink': expected edit.cells as bool \(\d+, \d+\), got bool \(\d+, \d+\)"),
+    ],
+)
+def test_an_operator_whose_change_would_be_lost_says_so(name, message):
+    options = MutationSettings(operators={f"{HERE}:{name}": 1.0}, **NONE)
+    with pytest.raises(PluginError, match=message):
+        mutate_map(sample_map(np.random.default_rng(0), SMALL), SMALL, options, np.random.default_rng(0))

@@ -119,6 +119,13 @@ def test_rounded_values_have_three_digits_and_are_near(value, negative):
     assert float(f"{rounded:.3g}") == rounded
 
 
+@pytest.mark.parametrize(
+    ("low", "high", "sampled"), [(0.5, 1.047, 1.0466), (0.12348, 0.2, 0.1235), (-1.047, 0, -1.0466)]
+)
+def test_rounded_values_stay_within_the_bounds(low, high, sampled):
+    assert low <= ParameterRange(low=low, high=high).rounded(sampled) <= high
+
+
 def test_own_values_outside_of_the_bounds_go_to_the_nearest_bound():
     assert ParameterRange(low=1, high=2).nearest(3.0) == 2.0
     assert ParameterRange(low=1, high=9, integer=True).nearest(20) == 9
