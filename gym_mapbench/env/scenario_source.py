@@ -54,7 +54,9 @@ class ScenarioSource:
                 raise unknown_name("reset option", name, RESET_OPTIONS)
         if "map" in options and "scenario" in options:
             raise ConfigError("reset options: expected either a map or a scenario, got both")
-        task = {what: as_pose(what, options[what]) for what in ("start", "goal") if options.get(what) is not None}
+        task: dict[str, Any] = {
+            what: as_pose(what, options[what]) for what in ("start", "goal") if options.get(what) is not None
+        }
         if "map" in options:
             return self._on_map(options["map"], task)
         if self._scenarios is None and options.get("scenario") is None:
@@ -73,12 +75,12 @@ class ScenarioSource:
             raise ConfigError(f"scenario: expected a Scenario or an index below {count}, got {choice!r:.80}")
         return (self._scenarios or ())[int(choice)]
 
-    def _on_map(self, grid: object, task: Mapping[str, Pose]) -> Scenario:
+    def _on_map(self, grid: object, task: Mapping[str, Any]) -> Scenario:
         """Put a task on a given map."""
         if not isinstance(grid, GridMap):
             raise ConfigError(f"map: expected a GridMap, got {type(grid).__name__}")
         if len(task) == 2:
-            return Scenario(grid, **task, name="map")
+            return Scenario(grid, task["start"], task["goal"])
         return self._with_task(task).make_scenario(grid)
 
     def _with_task(self, task: Mapping[str, Pose]) -> EnvConfig:
