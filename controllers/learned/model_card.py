@@ -29,7 +29,8 @@ SCANNER = ("beams", "range_max", "angle_min", "angle_increment")
 """Options on which a network's input depends; the scanner's place and noise are those of the current world."""
 NO_CARD = (
     "has no card, so it decides at the world's control_hz and sees with the world's sensors, in the sizes of its "
-    "observation space: angles of the scan, spacing of the path and all else may differ from its training"
+    "observation space: angles of the scan, spacing of the path and all else may differ from its training, and "
+    "wrappers that change observations or actions (VecNormalize, RescaleAction) do not act"
 )
 """What is assumed of a model without a card, for a note to the user."""
 

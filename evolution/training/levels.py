@@ -28,17 +28,26 @@ EVERY_FIFTH = 5
 
 
 def split(scenarios: Sequence[Scenario]) -> tuple[list[Scenario], list[Scenario]]:
-    """Return the maps to train on and those held out, every fifth; of fewer than five, all are used for both."""
-    if not is_split(scenarios):
-        return list(scenarios), list(scenarios)
-    held_out = list(scenarios[EVERY_FIFTH - 1 :: EVERY_FIFTH])
-    kept = [one for number, one in enumerate(scenarios) if number % EVERY_FIFTH != EVERY_FIFTH - 1]
+    """Return the maps to train on and those held out, every fifth; of fewer than five, all are used for both.
+
+    A scenario that is given twice counts once, so that none is on both sides.
+    """
+    different = _different(scenarios)
+    if len(different) < EVERY_FIFTH:
+        return different, different
+    held_out = different[EVERY_FIFTH - 1 :: EVERY_FIFTH]
+    kept = [one for number, one in enumerate(different) if number % EVERY_FIFTH != EVERY_FIFTH - 1]
     return kept, held_out
 
 
 def is_split(scenarios: Sequence[Scenario]) -> bool:
     """Whether some of these maps are held out."""
-    return len(scenarios) >= EVERY_FIFTH
+    return len(_different(scenarios)) >= EVERY_FIFTH
+
+
+def _different(scenarios: Sequence[Scenario]) -> list[Scenario]:
+    """Return the scenarios without repetitions of map, bodies and task, in order."""
+    return list({one.digest: one for one in scenarios}.values())
 
 
 class Levels(Protocol):

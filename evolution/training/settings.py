@@ -83,7 +83,8 @@ class EvaluationSettings(Settings):
     Args:
         every: Steps between two evaluations; each also writes a checkpoint.
         maps: Random maps for every number of obstacles.
-        obstacles: Numbers of obstacles of these maps, one or more.
+        obstacles: Numbers of obstacles of these maps, one or more. Of the families of ``world.family``, only
+            ``shapes`` has them; others need one number.
         time_limit: Simulated seconds an episode may take.
     """
 
@@ -124,7 +125,8 @@ class TrainSettings(Settings):
             by side use two cores better.
         world: The env. One decision a control step: ``control_hz`` is the rate at which the model decides.
         encoding: How observations become the input of the networks.
-        obstacles: Curriculum of the random maps; the first stage begins at 0.
+        obstacles: Curriculum of the random maps; the first stage begins at 0. Of the families of ``world.family``, only
+            ``shapes`` has these obstacles.
         people: The people on random maps: 0 to ``count`` of them on a map of the training, ``count`` on a held-out map.
         anywhere: Share of the random maps with start and goal anywhere, and not where the world's tasks have them.
         reuse: Episodes per random map, on average.
@@ -175,9 +177,11 @@ class TrainSettings(Settings):
 
     @field_validator("world")
     @classmethod
-    def _without_maps(cls, value: EnvConfig) -> EnvConfig:
+    def _can_be_trained_in(cls, value: EnvConfig) -> EnvConfig:
         if value.maps is not None:
             raise ConfigError("world.maps: expected none, the maps are given apart")
+        if not value.goal_ends_episode:
+            raise ConfigError("world.goal_ends_episode: expected true, as success is an end at the goal, got false")
         return value
 
     @model_validator(mode="after")

@@ -13,6 +13,7 @@ from gym_mapbench.env.observation import has_path
 from gym_mapbench.env.task import distance_to_goal
 from gym_mapbench.errors import ConfigError, unknown_name
 from gym_mapbench.generator import ShapeSettings, draw_map
+from gym_mapbench.world.clearance import check_clearance, has_room
 from gym_mapbench.world.gridmap import GridMap
 from gym_mapbench.world.scenario import Pose, Scenario
 
@@ -53,39 +54,38 @@ class ScenarioSource:
                 raise unknown_name("reset option", name, RESET_OPTIONS)
         if "map" in options and "scenario" in options:
             raise ConfigError("reset options: expected either a map or a scenario, got both")
-        scenario = self._on_map(options) if "map" in options else self._chosen(options.get("scenario"), rng)
-        start, goal = options.get("start"), options.get("goal")
-        if start is None and goal is None:
-            return scenario
-        return replace(
-            scenario,
-            start=scenario.start if start is None else as_pose("start", start),
-            goal=scenario.goal if goal is None else as_pose("goal", goal),
-        )
+        task: dict[str, Any] = {
+            what: as_pose(what, options[what]) for what in ("start", "goal") if options.get(what) is not None
+        }
+        if "map" in options:
+            return self._on_map(options["map"], task)
+        if self._scenarios is None and options.get("scenario") is None:
+            return draw_scenario(self._with_task(task), rng)
+        scenario = self._chosen(options.get("scenario"), rng)
+        return replace(scenario, **task) if task else scenario
 
     def _chosen(self, choice: object, rng: np.random.Generator) -> Scenario:
-        """Return a given scenario, the scenario of an index, or a random one."""
+        """Return a given scenario, the scenario of an index, or any of the env's."""
         if isinstance(choice, Scenario):
             return choice
-        if choice is None:
-            if self._scenarios is None:
-                return draw_scenario(self._config, rng)
+        if choice is None and self._scenarios is not None:
             return self._scenarios[int(rng.integers(len(self._scenarios)))]
         count = len(self._scenarios or ())
         if isinstance(choice, bool) or not isinstance(choice, int | np.integer) or not 0 <= choice < count:
             raise ConfigError(f"scenario: expected a Scenario or an index below {count}, got {choice!r:.80}")
         return (self._scenarios or ())[int(choice)]
 
-    def _on_map(self, options: Mapping[str, Any]) -> Scenario:
+    def _on_map(self, grid: object, task: Mapping[str, Any]) -> Scenario:
         """Put a task on a given map."""
-        grid, start, goal = options["map"], options.get("start"), options.get("goal")
         if not isinstance(grid, GridMap):
             raise ConfigError(f"map: expected a GridMap, got {type(grid).__name__}")
-        if start is not None and goal is not None:
-            return Scenario(grid, as_pose("start", start), as_pose("goal", goal))
-        task = {"start": start, "goal": goal}
-        given = {what: tuple(as_pose(what, pose)) for what, pose in task.items() if pose is not None}
-        return self._config.replace(**given).make_scenario(grid)
+        if len(task) == 2:
+            return Scenario(grid, task["start"], task["goal"])
+        return self._with_task(task).make_scenario(grid)
+
+    def _with_task(self, task: Mapping[str, Pose]) -> EnvConfig:
+        """Return the configuration with the given of start and goal in place of its own."""
+        return self._config.replace(**{what: tuple(pose) for what, pose in task.items()}) if task else self._config
 
 
 def draw_scenario(config: EnvConfig, rng: np.random.Generator) -> Scenario:
@@ -94,19 +94,32 @@ def draw_scenario(config: EnvConfig, rng: np.random.Generator) -> Scenario:
     Where ``path`` is observed, the planner must find a path, too.
 
     Raises:
-        ConfigError: If none of 1000 maps can be solved, or a family has none for this robot.
+        ConfigError: If none of 1000 maps can be solved, start or goal is off the map, or a family has no map for this
+            robot.
     """
     shapes = config.shapes if config.resolution is None else config.shapes.replace(resolution=config.resolution)
     for _ in range(MAX_DRAWS):
-        scenario = config.make_scenario(_draw_grid(config, shapes, rng), "random")
-        if distance_to_goal(scenario, config.robot).solvable and is_planned(config, scenario):
+        grid = _draw_grid(config, shapes, rng)
+        scenario = _with_room(config, grid)
+        if scenario and distance_to_goal(scenario, config.robot).solvable and is_planned(config, scenario):
             return scenario
+    check_clearance(config.make_scenario(grid), config.robot)  # Names a start or goal that walls cover.
     raise ConfigError(f"shapes: expected maps that {config.robot.name} can solve, got none in {MAX_DRAWS} samples")
 
 
 def is_planned(config: EnvConfig, scenario: Scenario) -> bool:
     """Whether the planner finds a path, where ``path`` is observed."""
     return "path" not in config.observation or has_path(config, scenario)
+
+
+def _with_room(config: EnvConfig, grid: GridMap) -> Scenario | None:
+    """Return the task on a sampled map; None if the robot would touch a wall at the start or the goal."""
+    for pose in (config.start, config.goal):
+        cell = None if pose is None else grid.world_to_cell(*pose[:2])
+        if cell is not None and grid.occupancy[cell]:
+            return None
+    scenario = config.make_scenario(grid, "random")
+    return scenario if all(has_room(grid, config.robot, pose) for pose in (scenario.start, scenario.goal)) else None
 
 
 def _draw_grid(config: EnvConfig, shapes: ShapeSettings, rng: np.random.Generator) -> GridMap:

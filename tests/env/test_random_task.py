@@ -1,6 +1,7 @@
 from __future__ import annotations
 
 import numpy as np
+import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
@@ -8,7 +9,9 @@ from gym_mapbench.env.config import EnvConfig
 from gym_mapbench.env.observation import has_path, plan_path
 from gym_mapbench.env.random_task import NEAREST, draw_task
 from gym_mapbench.env.scenario_source import draw_scenario
+from gym_mapbench.env.single import MapBenchEnv
 from gym_mapbench.env.task import distance_to_goal
+from gym_mapbench.errors import ConfigError
 from gym_mapbench.generator import ShapeSettings
 from gym_mapbench.world.clearance import check_clearance
 from gym_mapbench.world.gridmap import GridMap
@@ -64,3 +67,19 @@ def test_a_path_keeps_room_where_there_is_a_way_with_room():
     assert 1.1 < crossing(0.0) < 1.6
     assert 2.5 < crossing(0.2, 0.0) < 3.95
     assert crossing(5.0, 0.0) == crossing(0.0)
+
+
+def test_maps_are_sampled_until_a_given_task_can_be_driven():
+    task = {"start": (2.0, 2.0, 0.0), "goal": (5.0, 5.0, 0.0)}
+    env = MapBenchEnv(observation=["goal"], shapes={"n_obstacles": (30, 40)}, **task)
+    other = MapBenchEnv(observation=["goal"], shapes={"n_obstacles": (30, 40)})
+    for seed in range(10):
+        env.reset(seed=seed)
+        other.reset(seed=seed, options=task)
+        assert env.scenario == other.scenario
+        assert distance_to_goal(env.scenario, env.robot).solvable
+
+
+def test_a_given_start_that_no_map_has_room_for_is_named():
+    with pytest.raises(ConfigError, match=r"start: expected a free cell, got an obstacle at \(0, 0\)"):
+        draw_scenario(EnvConfig(start=(0.0, 0.0, 0.0)), np.random.default_rng(0))

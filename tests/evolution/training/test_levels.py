@@ -5,7 +5,7 @@ from itertools import pairwise
 import numpy as np
 import pytest
 
-from evolution.training.levels import GivenLevels, RandomLevels, ReplayedLevels
+from evolution.training.levels import GivenLevels, RandomLevels, ReplayedLevels, is_split, split
 from evolution.training.settings import ReplaySettings, Stage
 from gym_mapbench.env.config import EnvConfig
 from gym_mapbench.env.scenario_source import draw_scenario
@@ -51,6 +51,14 @@ def test_tasks_are_anywhere_as_often_as_told():
     starts = [RandomLevels(WORLD, stages, 0.5, 1.0, rng(seed)).next(0.0).start for seed in range(60)]
     usual = sum(start == starts[0] for start in starts) or sum(start == starts[1] for start in starts)
     assert 15 < max(usual, len(starts) - len(set(starts))) < 45
+
+
+def test_a_map_that_is_given_twice_is_not_on_both_sides():
+    maps = [level(number) for number in (0, 1, 2, 3, 4, 0, 1, 2, 3, 4)]
+    kept, held_out = split(maps)
+    assert [one.name for one in kept] == ["0", "1", "2", "3"]
+    assert [one.name for one in held_out] == ["4"]
+    assert not is_split([level(0)] * 5)
 
 
 def test_people_are_on_random_maps_up_to_their_number():

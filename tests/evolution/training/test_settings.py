@@ -40,6 +40,7 @@ def test_a_config_is_laid_over_the_algorithm_and_options_over_both(tmp_path):
         ({"shaping": {"people": 1.0}}, "shaping.people: expected people among encoding.features, got none"),
         ({"people": {"count": 51}}, "people.count"),
         ({"world": {"maps": "a.yaml"}}, "world.maps: expected none, the maps are given apart"),
+        ({"world": {"goal_ends_episode": False}}, "world.goal_ends_episode: expected true, as success is an end"),
         ({"action_noise": 0.1}, "action_noise: expected 0, as ppo samples its actions, got 0.1"),
         ({"learning_rate": [0.0, 0.1]}, "learning_rate.0"),
     ],
