@@ -1,4 +1,4 @@
-"""The callback of a training: evaluations, checkpoints, progress, and the end at Ctrl-C."""
+"""The callback of a training: evaluations, checkpoints, progress, and the end at Ctrl-C or SIGTERM."""
 
 from __future__ import annotations
 
@@ -20,25 +20,28 @@ from evolution.training.vec_env import TrainingWorlds, share_done
 
 OnProgress = Callable[[TrainProgress], None]
 
+SIGNALS = (signal.SIGINT, signal.SIGTERM)
+"""Ctrl-C, and what a machine sends that will be taken away."""
+
 
 class Interruption:
-    """Whether Ctrl-C was pressed; learning then stops between two steps, where the model is whole."""
+    """Whether one of :data:`SIGNALS` came; learning then stops between two steps, where the model is whole."""
 
     def __init__(self) -> None:
         self.asked = False
 
     @contextmanager
     def heeded(self) -> Iterator[None]:
-        """Take note of Ctrl-C inside the ``with`` block instead of stopping at once; a second one stops at once."""
+        """Take note of a signal inside the ``with`` block instead of stopping at once; a second one stops at once."""
         if threading.current_thread() is not threading.main_thread():
             yield
             return
-        before = signal.getsignal(signal.SIGINT)
-        signal.signal(signal.SIGINT, self._ask)
+        before = {number: signal.signal(number, self._ask) for number in SIGNALS}
         try:
             yield
         finally:
-            signal.signal(signal.SIGINT, before)
+            for number, handler in before.items():
+                signal.signal(number, handler)
 
     def _ask(self, number: int, frame: FrameType | None) -> None:
         if self.asked:

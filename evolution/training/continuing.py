@@ -65,17 +65,30 @@ def saved_steps(path: Path) -> int:
     return _counters(path)["num_timesteps"]
 
 
-def save_statistics(statistics: Any, path: Path) -> None:
-    """Write the running statistics of a VecNormalize."""
+def save_statistics(statistics: Any, path: Path, steps: int) -> None:
+    """Write the running statistics of a VecNormalize, and the steps of the model that they belong to."""
     found = _moments(statistics)
-    write_arrays(
-        path, {f"{name}.{part}": np.asarray(getattr(one, part)) for name, one in found.items() for part in MOMENTS}
-    )
+    arrays = {f"{name}.{part}": np.asarray(getattr(one, part)) for name, one in found.items() for part in MOMENTS}
+    write_arrays(path, arrays | {"steps": np.asarray(steps)})
 
 
-def load_statistics(statistics: Any, path: Path) -> None:
-    """Load running statistics into a VecNormalize; raises ``RunError`` if the file is damaged."""
+def load_statistics(statistics: Any, path: Path, steps: int) -> None:
+    """Load running statistics into a VecNormalize.
+
+    A log message says if they are those of other steps: the training was killed between model and statistics.
+
+    Args:
+        statistics: The VecNormalize.
+        path: What :func:`save_statistics` wrote, or an earlier version, which recorded no steps.
+        steps: Steps of the continued model.
+
+    Raises:
+        RunError: If the file is damaged.
+    """
     arrays = read_arrays(path, SLACK)
+    kept = int(_fitting(arrays, "steps", (), path)) if "steps" in arrays else steps
+    if kept != steps:
+        LOG.warning("%s: expected the statistics of %d steps, got those of %d, which are used", path, steps, kept)
     for name, one in _moments(statistics).items():
         for part in MOMENTS:
             value = _fitting(arrays, f"{name}.{part}", np.shape(getattr(one, part)), path)

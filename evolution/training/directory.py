@@ -32,6 +32,8 @@ from gym_mapbench.world.scenario import Scenario
 CONFIG, STATE, CURVE, README = "training.json", "state.json", "curve.csv", "README.txt"
 BEST, LATEST, CHECKPOINTS, FIGURES, LOGS = "best_model.zip", "model.zip", "checkpoints", "figures", "tensorboard"
 MAPS, CURRICULUM = "maps.json", "curriculum.json"
+COUNT_OF = {MAPS: "given_maps", CURRICULUM: "given_levels"}
+"""By file of maps, the key of ``training.json`` with their number."""
 STATISTICS, BUFFER = "vecnormalize.npz", "replay_buffer.npz"
 CURVE_FIGURE = "learning_curve"
 
@@ -51,7 +53,7 @@ maps.json, curriculum.json    the maps it trains on, if they are not random
 state.json          where the training stands
 tensorboard/        logs, if TensorBoard was installed
 vecnormalize.npz    statistics of inputs and rewards that --resume needs, where the settings want them
-replay_buffer.npz   experience of SAC and TD3 at the last Ctrl-C; --resume uses it if model.zip is of the same step
+replay_buffer.npz   experience of SAC and TD3 at the last Ctrl-C or SIGTERM; --resume uses it if model.zip is of its step
 
 A model is a file of Stable-Baselines3 with a card in it, mapbench.json: what it sees, how often it decides.
 Model files can run code when they are loaded to drive: use only your own, and those of people you trust. --resume reads
@@ -144,14 +146,19 @@ class TrainingDir:
             ConfigError: If there is anything there already; nothing is changed.
             RunError: If it cannot be made.
         """
-        config = TRAINING.begin(path, settings.model_dump(mode="json"))
-        for name in (CHECKPOINTS, FIGURES):
-            make_directory(path / name)
-        for name, scenarios in ((MAPS, maps), (CURRICULUM, curriculum)):
+        given = {MAPS: maps, CURRICULUM: curriculum}
+        counts = {COUNT_OF[name]: len(scenarios) for name, scenarios in given.items()}
+        config = TRAINING.begin(path, {**settings.model_dump(mode="json"), **counts})
+        for name, scenarios in given.items():
             if scenarios:
                 write_json(path / name, map_set_document(group_scenarios(scenarios)))
-        write_text(path / README, README_TEXT)
         return cls(path, config)
+
+    def complete(self) -> None:
+        """Make the folders and the README, also where the training was killed before it had them."""
+        for name in (CHECKPOINTS, FIGURES):
+            make_directory(self.path / name)
+        write_text(self.path / README, README_TEXT)
 
     @classmethod
     def open(cls, path: Path) -> TrainingDir:
@@ -169,9 +176,13 @@ class TrainingDir:
         return TrainSettings.from_mapping(fields, str(self.path / CONFIG))
 
     def read_maps(self) -> tuple[list[Scenario], list[Scenario]]:
-        """Read the maps to train on and the curriculum's levels; raises ``MapFormatError`` if one is damaged."""
-        files = (self.path / name for name in (MAPS, CURRICULUM))
-        maps, curriculum = ([*_scenarios(path)] if path.is_file() else [] for path in files)
+        """Read the maps to train on and the curriculum's levels.
+
+        Raises:
+            MapFormatError: If a file is damaged.
+            RunError: If maps are missing: the training would go on with random maps.
+        """
+        maps, curriculum = (self._given(name) for name in (MAPS, CURRICULUM))
         return maps, curriculum
 
     @property
@@ -179,6 +190,16 @@ class TrainingDir:
         """Which of ``maps`` and ``curriculum`` are too few to hold one out, so that they are evaluated on as well."""
         given = zip(("maps", "curriculum"), self.read_maps(), strict=True)
         return tuple(name for name, scenarios in given if scenarios and not is_split(scenarios))
+
+    def _given(self, name: str) -> list[Scenario]:
+        """Read a file of maps; an earlier version did not record how many there are."""
+        path = self.path / name
+        scenarios = [*_scenarios(path)] if path.is_file() else []
+        wanted = self.config.get(COUNT_OF[name], len(scenarios))
+        if len(scenarios) != wanted:
+            what = f"expected the {wanted} maps that the training was begun with, got {len(scenarios)}"
+            raise RunError(f"{path}: {what}; begin it again in another directory")
+        return scenarios
 
     @property
     def state(self) -> dict[str, Any] | None:

@@ -79,7 +79,7 @@ def learn(directory: TrainingDir, on_progress: Callable[[TrainProgress], None] |
     Raises:
         RunError: If the directory is damaged, cannot be written, was written by another version of this package, or
             another process trains there; or if the training diverges.
-        KeyboardInterrupt: If Ctrl-C was pressed; the model is kept and can be continued.
+        KeyboardInterrupt: At Ctrl-C or SIGTERM; the model is kept and can be continued.
     """
     with locked(directory.path / TRAINING.mark, 0.0):
         if not (directory.state or {}).get("finished"):
@@ -96,18 +96,19 @@ def _check_maps(settings: TrainSettings, scenarios: Sequence[Scenario]) -> None:
 
 
 def _go_on(directory: TrainingDir, on_progress: Callable[[TrainProgress], None] | None) -> None:
-    """Train to the end, or until Ctrl-C."""
+    """Train to the end, or until Ctrl-C or SIGTERM."""
     from evolution.training.callback import Companion, Interruption
     from evolution.training.vec_env import TrainingWorlds
 
     settings, state = directory.settings, directory.state
     TRAINING.check_resumed(directory.path, directory.config, {})
     maps, curriculum = directory.read_maps()
+    directory.complete()
     for name in directory.not_held_out:
         LOG.warning("%s: fewer than %d, so none is held out: success is that on the training maps", name, EVERY_FIFTH)
     done = 0 if state is None else saved_steps(directory.path / LATEST)
     worlds = TrainingWorlds(settings, make_levels(settings, maps, curriculum, done), done)
-    lessons, statistics = _normalized(settings, worlds, directory.path if state else None)
+    lessons, statistics = _normalized(settings, worlds, directory.path if state else None, done)
     model = _model(settings, directory, lessons, resumed=state is not None)
     recorder = Recorder(directory, settings, statistics, done)
     groups = held_out_groups(settings, maps, curriculum)
@@ -187,8 +188,8 @@ def _judge_all(
     return {name: judge(act, world, encoding, maps, HELD_OUT) for name, maps in groups.items()}
 
 
-def _normalized(settings: TrainSettings, worlds: Any, resumed: Path | None) -> tuple[Any, Any]:
-    """Return the worlds, in a VecNormalize if the settings want one, and that VecNormalize."""
+def _normalized(settings: TrainSettings, worlds: Any, resumed: Path | None, done: int) -> tuple[Any, Any]:
+    """Return the worlds, in a VecNormalize if the settings want one, and that VecNormalize, after ``done`` steps."""
     if not (settings.normalize_rewards or settings.normalize_observations):
         return worlds, None
     from stable_baselines3.common.vec_env import VecNormalize
@@ -197,7 +198,7 @@ def _normalized(settings: TrainSettings, worlds: Any, resumed: Path | None) -> t
     observations, rewards = settings.normalize_observations, settings.normalize_rewards
     wrapped = VecNormalize(worlds, norm_obs=observations, norm_reward=rewards, gamma=gamma)
     if resumed is not None:
-        load_statistics(wrapped, resumed / STATISTICS)
+        load_statistics(wrapped, resumed / STATISTICS, done)
     return wrapped, wrapped
 
 

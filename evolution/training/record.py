@@ -121,7 +121,7 @@ class Recorder:
     def _save_latest(self, model: Any) -> None:
         self._save(model, LATEST, self.rows[-1]["success"] if self.rows else None)
         if self._statistics is not None:
-            save_statistics(self._statistics, self._directory.path / STATISTICS)
+            save_statistics(self._statistics, self._directory.path / STATISTICS, model.num_timesteps)
 
     def _write_state(self, model: Any) -> None:
         """Write the state, as the last file: a training that is finished has all others."""

@@ -82,7 +82,7 @@ def run_sweep(
     resources: Resources = DEFAULT_RESOURCES,
     on_run: OnRun | None = None,
 ) -> SweepResults:
-    """Run or continue a sweep; it can be killed at any moment.
+    """Run or continue a sweep; it can be killed at any moment. The tables have all runs that the directory holds.
 
     Args:
         settings: The sweep.
@@ -99,19 +99,21 @@ def run_sweep(
     """
     path = Path(path)
     worlds = _chosen(settings, only)
-    plans = {name: settings.plan(name) for name in worlds}
-    scenarios = settings.scenarios()[:maps]
+    plans = {name: settings.plan(name) for name in settings.worlds}
+    scenarios = settings.scenarios()
     for name in worlds:
-        _check(settings, name, scenarios)
+        _check(settings, name, scenarios[:maps])
     SWEEP.begin_or_resume(path, {"sweep": settings.model_dump(mode="json")}, itemgetter("sweep"), resume=resume)
-    jobs = [(name, job) for name in worlds for scenario in scenarios for job in plans[name].jobs(scenario)]
-    prepare = preparation_of((plan.controllers, plan.settings) for plan in plans.values())
+    every = [(name, job) for name in plans for scenario in scenarios for job in plans[name].jobs(scenario)]
+    wanted = [job for name in worlds for scenario in scenarios[:maps] for job in plans[name].jobs(scenario)]
+    prepare = preparation_of((plans[name].controllers, plans[name].settings) for name in worlds)
     with (
         exclusive_store(SWEEP, path, resources.wait_s) as store,
         resources.evaluator(run_job, store, prepare) as evaluator,
     ):
-        results = evaluator.run([job for _, job in jobs], on_run)
-        rows = tuple(_row(name, job, result) for (name, job), result in zip(jobs, results, strict=True))
+        evaluator.run(wanted, on_run)
+        results = store.get_many(job.key for _, job in every)
+        rows = tuple(_row(name, job, results[job.key]) for name, job in every if job.key in results)
         SWEEP.check_there(path)
         return _written(SweepResults(path, settings, rows))
 

@@ -87,6 +87,13 @@ def test_files_are_the_same_after_an_interruption(done, tmp_path):
     np.testing.assert_equal(list(again.table()), list(done.table()))
 
 
+def test_part_of_a_sweep_keeps_the_other_runs_in_its_tables(done, tmp_path):
+    shutil.copytree(done.path, tmp_path / "s")
+    part = run_sweep(SweepSettings(**SMALL), tmp_path / "s", resume=True, only=["none"], maps=2)
+    assert part.runs == done.runs
+    assert (tmp_path / "s" / "effects.csv").read_bytes() == (done.path / "effects.csv").read_bytes()
+
+
 @pytest.mark.parametrize(
     ("changes", "message"),
     [

@@ -9,15 +9,16 @@ import pytest
 
 from controllers.learned import read_card
 from evolution import load, train
-from evolution.training import learning
+from evolution.training import directory, learning
 from evolution.training.algorithms import Blank, make_model
-from evolution.training.continuing import load_experience, save_experience
+from evolution.training.continuing import load_experience, load_statistics, save_experience, save_statistics
 from evolution.training.directory import TrainingDir
 from evolution.training.evaluation import Judgement
 from evolution.training.levels import RandomLevels
 from evolution.training.record import Recorder
 from evolution.training.settings import train_settings
-from tests.evolution.training.test_learning import small
+from gym_mapbench.errors import RunError
+from tests.evolution.training.test_learning import rooms, small
 
 pytest.importorskip("stable_baselines3")
 
@@ -49,6 +50,11 @@ def test_a_continued_curriculum_goes_on_where_it_stood(tmp_path, monkeypatch):
 
 class Killed(BaseException):
     """Stands for ``kill -9``: nothing of the training handles it."""
+
+
+def die(*_):
+    """Stand for a function in which the training is killed."""
+    raise Killed
 
 
 @pytest.mark.parametrize(
@@ -118,3 +124,33 @@ class TestExperience:
         load_experience(model, tmp_path / "buffer.npz")
         assert model.learning_starts == 240
         assert "expected the experience of 200 steps, got none; the training collects 40 steps" in caplog.text
+
+
+def test_a_training_that_was_killed_before_its_maps_were_written_does_not_go_on_with_random_maps(tmp_path, monkeypatch):
+    with monkeypatch.context() as patch:
+        patch.setattr(directory, "map_set_document", die)
+        with pytest.raises(Killed):
+            train("ppo", config=small(), maps=rooms(5), out=tmp_path / "run")
+    with pytest.raises(RunError, match=r"maps.json: expected the 5 maps .* got 0; begin it again"):
+        train(resume=tmp_path / "run")
+
+
+def test_a_training_that_was_killed_when_it_had_its_options_only_is_continued(tmp_path, monkeypatch):
+    with monkeypatch.context() as patch:
+        patch.setattr(TrainingDir, "complete", die)
+        with pytest.raises(Killed):
+            train("ppo", config=small(), out=tmp_path / "run")
+    assert train(resume=tmp_path / "run").finished
+    assert (tmp_path / "run" / "README.txt").is_file()
+
+
+def test_statistics_of_another_step_than_the_model_s_are_reported(tmp_path, caplog):
+    from stable_baselines3.common.vec_env import DummyVecEnv, VecNormalize
+
+    settings = train_settings("ppo", small())
+    statistics = VecNormalize(DummyVecEnv([lambda: Blank(settings)]))
+    save_statistics(statistics, tmp_path / "statistics.npz", 160)
+    load_statistics(statistics, tmp_path / "statistics.npz", 160)
+    assert not caplog.messages
+    load_statistics(statistics, tmp_path / "statistics.npz", 320)
+    assert "expected the statistics of 320 steps, got those of 160" in caplog.text

@@ -94,16 +94,16 @@ def test_the_same_seed_is_the_same_model_and_another_is_not(tmp_path):
     assert (weights("c", 2) != weights("d", 1)).any()
 
 
-@pytest.mark.parametrize("algorithm", ["ppo", "sac"])
-def test_ctrl_c_leaves_a_model_that_is_continued(algorithm, tmp_path):
+@pytest.mark.parametrize(("algorithm", "number"), [("ppo", signal.SIGTERM), ("sac", signal.SIGINT)])
+def test_a_signal_leaves_a_model_that_is_continued(algorithm, number, tmp_path):
     def interrupt(progress):
         if progress.steps >= 160:
-            os.kill(os.getpid(), signal.SIGINT)
+            os.kill(os.getpid(), number)
 
-    before = signal.getsignal(signal.SIGINT)
+    before = signal.getsignal(number)
     with pytest.raises(KeyboardInterrupt):
         train(algorithm, config=small(algorithm), out=tmp_path / "run", on_progress=interrupt)
-    assert signal.getsignal(signal.SIGINT) is before
+    assert signal.getsignal(number) is before
     stopped = load(tmp_path / "run")
     assert not stopped.finished
     assert 160 <= stopped.state["steps"] < 320
