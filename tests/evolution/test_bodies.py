@@ -69,12 +69,28 @@ def test_films_show_the_bodies_where_they_were(episode):
 
 
 def test_replays_hold_the_bodies_until_the_last_run_ends(episode):
-    (shown,) = replays_of([ReplayedMap("room", [episode], 0.22)])["maps"]
-    (body,) = shown["bodies"]
+    document = replays_of([ReplayedMap("room", [episode], 0.22)])
+    (body,) = document["maps"][0]["bodies"]
     assert body["radius"] == 0.2
-    assert shown["period"] * (len(body["x"]) - 1) >= episode.time
+    assert document["period"] * (len(body["x"]) - 1) >= episode.time
     assert body["x"][:3] == pytest.approx([2.5, 2.45, 2.4])
     assert set(body["y"]) == {0.8}
+
+
+def test_replays_hold_people_who_see_the_robot_where_they_were_in_each_run():
+    scenario = among(social((2.5, 1.0), (0.5, 1.0), sees_robot=True), goal=(2.5, 2.5, 0.0))
+    episodes, places = [], []
+    for speed in (0.0, 0.26):
+        controller = as_controller(lambda observation, speed=speed: (speed, 0.0), "ahead", ("goal",))
+        env = environment_for(EnvConfig(time_limit=2.0), controller)
+        episodes.append(run_episode(env, controller, scenario, name=f"at {speed}", seed=0))
+        places.append(env.unwrapped.simulation.world.poses[0, :2])
+    (shown,) = replays_of([ReplayedMap("room", episodes, 0.22)])["maps"]
+    assert shown["bodies"] == []
+    for run, place in zip(shown["runs"], places, strict=True):
+        (body,) = run["bodies"]
+        assert (body["x"][20], body["y"][20]) == pytest.approx(place, abs=2e-3)
+    assert np.hypot(*(places[0] - places[1])) > 0.01
 
 
 @NEEDS_CHROMIUM
@@ -98,10 +114,9 @@ def test_the_legend_and_the_replay_show_people_in_the_colour_of_the_figures(epis
 def test_replays_without_bodies_say_nothing_of_them():
     controller = as_controller(lambda observation: (0.5, 0.0), "ahead", ("goal",))
     env = environment_for(EnvConfig(time_limit=10.0), controller)
-    (shown,) = replays_of([ReplayedMap("room", [run_episode(env, controller, among(), name="a", seed=0)], 0.22)])[
-        "maps"
-    ]
-    assert not {"bodies", "period"} & set(shown)
+    episode = run_episode(env, controller, among(), name="a", seed=0)
+    (shown,) = replays_of([ReplayedMap("room", [episode], 0.22)])["maps"]
+    assert shown["bodies"] == shown["runs"][0]["bodies"] == []
 
 
 def test_bodies_are_part_of_the_seeds_of_a_run():
