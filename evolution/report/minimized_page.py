@@ -33,13 +33,11 @@ def write_minimized_report(
         arguments: The command line after ``mapbench``; empty if it was started from Python.
         drive: Runs a job and records everything.
     """
-    radius = float(plan.settings.robot.radius)
     before, after = result.table()
     maps = [
         ReplayedMap(
             f"{row['map']}: {row['obstacles']} obstacles",
             [drive(plan.job(scenario, number, 0)) for number in range(len(plan.controllers))],
-            radius,
             sample=f"Verdict on held-out seeds: {row['verdict on held-out seeds']}. Replay: the first seed.",
         )
         for row, scenario in ((before, result.before), (after, result.after))

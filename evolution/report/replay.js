@@ -195,17 +195,24 @@
 
   function drawRobot(pen, panel, run, index) {
     const [x, y] = place(panel, run.x[index], run.y[index]);
-    const radius = panel.map.robot * panel.scale;
+    const radius = run.robot.radius * panel.scale, yaw = run.yaw[index];
     pen.globalAlpha = 0.45;
     pen.fillStyle = colour(run.controller);
     pen.beginPath();
-    pen.arc(x, y, radius, 0, 2 * Math.PI);
+    if (run.robot.footprint) { outline(run.robot.footprint, yaw).forEach(([dx, dy]) => pen.lineTo(x + dx * panel.scale, y - dy * panel.scale)); }
+    else { pen.arc(x, y, radius, 0, 2 * Math.PI); }
     pen.fill();
     pen.globalAlpha = 1;
     pen.beginPath();
     pen.moveTo(x, y);
-    pen.lineTo(x + radius * Math.cos(run.yaw[index]), y - radius * Math.sin(run.yaw[index]));
+    pen.lineTo(x + radius * Math.cos(yaw), y - radius * Math.sin(yaw));
     pen.stroke();
+  }
+
+  /* The corners of a footprint at a heading. */
+  function outline(corners, yaw) {
+    const cos = Math.cos(yaw), sin = Math.sin(yaw);
+    return corners.map(([x, y]) => [x * cos - y * sin, x * sin + y * cos]);
   }
 
   function setPlaying(on) {

@@ -28,14 +28,12 @@ class ReplayedMap:
     Args:
         title: Shown above the map.
         episodes: Runs on this map, all of one scenario.
-        robot_radius: Drawn size of the robot, m.
         group: Maps of one group are shown together; the reader selects the group.
         sample: Which of all runs title and replay show, in words; shown below the title.
     """
 
     title: str
     episodes: Sequence[Episode]
-    robot_radius: float
     group: str = ""
     sample: str = ""
 
@@ -92,7 +90,6 @@ def _replayed_map(shown: ReplayedMap) -> dict[str, Any]:
         "walls": [[int(col), int(row), int(cols), int(rows)] for row, col, rows, cols in rectangles],
         "start": list(scenario.start),
         "goal": list(scenario.goal),
-        "robot": shown.robot_radius,
         "runs": [_run(episode, _bodies(episode) if own else []) for episode in shown.episodes],
         "bodies": [] if own else _bodies(longest),
     }
@@ -122,6 +119,7 @@ def _run(episode: Episode, bodies: Sequence[dict[str, Any]]) -> dict[str, Any]:
         "yaw": np.round(states[:, 2], 2).tolist(),
         "recoveries": sum(event.kind in RECOVERY_KINDS for event in episode.events),
         "marks": [_mark(episode, event) for event in episode.events if event.kind in MARKED_KINDS],
+        "robot": {"radius": episode.robot.radius, "footprint": episode.robot.footprint},
         "stuck": [[round(value, 3) for value in spot] for spot in stuck_spots(states, period)],
         "bodies": bodies,
     }
