@@ -283,3 +283,21 @@ def test_a_session_that_cannot_run_shows_no_earlier_answer_and_names_the_paramet
     assert "shorten_transformed_plan is no parameter of these, Reset removes it" in text(page, "differs")
     changes(page, lambda: click(page, "reset"))
     assert set(times(page)) == {"dwb", "rpp"}
+
+
+def test_the_thoughts_of_rpp_are_said_below_the_map(page):
+    Select(page.find_element(By.CSS_SELECTOR, "#overlays select")).select_by_value("rpp")
+    until(page, lambda: "rpp at 25." in text(page, "hover"))
+    assert re.search(r"carrot \d\.\d\d m ahead, curvature -?\d\.\d\d 1/m; at most 0\.50 m/s", text(page, "hover"))
+
+
+@pytest.mark.parametrize("change", [{"cells": "!!"}, {"width": 10**9}, {"start": None}])
+def test_a_link_that_cannot_be_read_leaves_the_map_of_the_command_line(page, address, change):
+    script = """const [change, done] = given, {fragmentOf} = await import(location.pathname + 'static/link.js');
+        const {scene} = await (await fetch(location.pathname + 'state')).json();
+        done(await fragmentOf({...scene, ...change}));"""
+    fragment = page.execute_async_script(f"(async (...given) => {{{script}}})(...arguments)", change)
+    page.get("about:blank")
+    page.get(f"{address}#{fragment}")
+    wait_for_answer(page)
+    assert text(page, "map-name") == "office"
