@@ -20,10 +20,11 @@ if TYPE_CHECKING:
 
 
 def convergence_figure(series: Mapping[str, tuple[ArrayLike, ArrayLike]]) -> Figure:
-    """Best fitness so far over the budget, one line per run or method; lower is better."""
+    """Best fitness so far over the budget, one line per run or method, or a point of one value; lower is better."""
     figure, (axes,) = new_figure()
     for name, (x, y) in series.items():
-        axes.step(x, y, where="post", color=colour_of(list(series), name), label=name)
+        point = "o" if np.size(x) == 1 else ""
+        axes.step(x, y, where="post", color=colour_of(list(series), name), label=name, marker=point)
     axes.set_xlabel("evaluations")
     axes.set_ylabel("best fitness (lower is better)")
     axes.grid(alpha=0.3)

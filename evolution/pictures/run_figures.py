@@ -69,7 +69,7 @@ def _convergence(run: LoadedRun) -> dict[str, tuple[list[float], list[float]]]:
     """Return the best fitness over the evaluations, without penalties, beside which nothing else could be seen."""
     shown = [row for row in run.generations if row["best"] <= 0] or run.generations
     left_out = len(run.generations) - len(shown)
-    name = f"best (without {left_out} generations of penalties)" if left_out else "best"
+    name = f"best (without {left_out} generation{'s' * (left_out > 1)} of penalties)" if left_out else "best"
     return {name: ([row["evaluations"] for row in shown], [row["best"] for row in shown])}
 
 

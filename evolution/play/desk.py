@@ -5,6 +5,7 @@ from __future__ import annotations
 import logging
 import threading
 from collections.abc import Callable
+from dataclasses import dataclass
 from functools import partial
 
 from evolution.play.drives import Driven, Send, drive, prepared
@@ -18,7 +19,22 @@ from evolution.play.track import Track
 from gym_mapbench.errors import ConfigError, MapBenchError, RunError
 
 LOG = logging.getLogger(__name__)
-Task = tuple[Request, Send]
+TAKEN = "another page of this playground has begun to run; change something here to run this map again"
+
+
+@dataclass
+class Task:
+    """A request of a page.
+
+    Args:
+        request: What the page asks for.
+        send: Takes the replies, in a thread; each page has its own.
+        done: Whether the work on it has ended.
+    """
+
+    request: Request
+    send: Send
+    done: bool = False
 
 
 class Desk:
@@ -32,7 +48,8 @@ class Desk:
 
     def __init__(self, given: Given, runs: Track, looks: Track) -> None:
         self._given, self._runs, self._looks = given, runs, looks
-        self._driven: Driven | None = None
+        self._driven: tuple[Driven, Send] | None = None
+        self._newest: Task | None = None
         self._work, self._instants = Newest[Task](), Newest[Task]()
         self._threads = [
             threading.Thread(target=self._serve, args=(place, answer), daemon=True)
@@ -42,18 +59,22 @@ class Desk:
             thread.start()
 
     def submit(self, request: Request, send: Send) -> None:
-        """Begin to work on a request.
+        """Begin to work on a request; a page hears if another page's request ends its own.
 
         Args:
             request: What the page asks for; a ``cancel`` ends what is under way.
-            send: Takes the replies, in a thread.
+            send: Takes the replies, in a thread; the same one for all requests of a page.
         """
+        task = Task(request, send)
         if isinstance(request, AskInstant):
-            self._instants.put((request, send))
+            self._instants.put(task)
             self._looks.cancel()
             return
-        self._work.put(None if isinstance(request, Cancel) else (request, send))
+        ended, self._newest = self._newest, None if isinstance(request, Cancel) else task
+        self._work.put(self._newest)
         self._runs.cancel()
+        if ended is not None and not ended.done and ended.send is not send:
+            ended.send(Error(id=getattr(ended.request, "id", None), message=TAKEN))
 
     def close(self) -> None:
         """End everything; no worker is left."""
@@ -67,31 +88,34 @@ class Desk:
     def _serve(self, place: Newest[Task], answer: Callable[[Request, Send], None]) -> None:
         """Answer requests until the place is closed; an error is a reply of one line."""
         while (task := place.take()) is not None:
-            request, send = task
+            number = getattr(task.request, "id", None)
             try:
-                answer(request, send)
+                answer(task.request, task.send)
             except CancelledError:
                 continue
             except MapBenchError as error:
-                send(Error(id=getattr(request, "id", None), message=str(error)))
+                task.send(Error(id=number, message=str(error)))
             except Exception as error:
                 LOG.exception("the playground failed")
-                send(Error(id=getattr(request, "id", None), message=f"{type(error).__name__}: {error}"))
+                task.send(Error(id=number, message=f"{type(error).__name__}: {error}"))
+            finally:
+                task.done = True
 
     def _do(self, request: Request, send: Send) -> None:
         if isinstance(request, Drive):
             self._driven = None
-            self._driven = prepared(request, self._given)
-            drive(self._driven, self._given, self._runs, self._work.is_empty, send)
+            driven = prepared(request, self._given)
+            self._driven = driven, send
+            drive(driven, self._given, self._runs, self._work.is_empty, send)
         elif isinstance(request, AskSearch):
-            search(self._last(request.id), request, self._runs, self._work.is_empty, send)
+            search(self._last(request.id, send), request, self._runs, self._work.is_empty, send)
         elif isinstance(request, AskWhy):
-            why(self._last(request.id), request, self._runs, self._work.is_empty, send)
+            why(self._last(request.id, send), request, self._runs, self._work.is_empty, send)
 
     def _show(self, request: Request, send: Send) -> None:
         """Show an instant of a run of the last drive."""
         if isinstance(request, AskInstant):
-            job = self._last(request.id).job(request.variant, request.repeat)
+            job = self._last(request.id, send).job(request.variant, request.repeat)
             answer = partial(instant_message, request.id, request.variant, request.repeat)
             function = partial(look, (request.time,))
             (result,) = self._looks.run(
@@ -100,13 +124,14 @@ class Desk:
             if result.outcome == "error":
                 raise RunError(result.reason)
 
-    def _last(self, number: int) -> Driven:
-        """Return the last drive, which must have a number.
+    def _last(self, number: int, send: Send) -> Driven:
+        """Return the last drive, which must have a number and be of the page that asks.
 
         Raises:
-            ConfigError: If the last drive has another one.
+            ConfigError: If the last drive is another one.
         """
-        driven = self._driven
-        if driven is None or driven.request.id != number:
-            raise ConfigError(f"id: expected that of the last drive, got {number}")
+        driven, owner = self._driven or (None, send)
+        if driven is None or driven.request.id != number or owner is not send:
+            reason = "" if owner is send else f"; {TAKEN}"
+            raise ConfigError(f"id: expected that of the last drive, got {number}{reason}")
         return driven

@@ -200,7 +200,10 @@ def _changed_text(spec: ControllerSpec, variant: Variant, world: WorldSettings, 
     for key, value in values.items():
         if key not in known:
             raise unknown_name("parameter", key, known)
-        if not isinstance(value, str | bool | int | float):
+        if isinstance(known[key], list):
+            if not isinstance(value, list):
+                raise ConfigError(f"{key}: expected a list, got {value!r:.80}")
+        elif not isinstance(value, str | bool | int | float):
             raise ConfigError(f"{key}: expected a number, a text, true or false, got {value!r:.80}")
     return _written(own, spec.registered_name, json.dumps(values), json.dumps({key: known[key] for key in values}))
 

@@ -11,7 +11,8 @@
   cells.forEach((cell) => cell.addEventListener("click", () => {
     group.value = [...group.options].find((option) => option.text === cell.dataset.group).value;
     group.dispatchEvent(new Event("change"));
-    document.getElementById("maps").scrollIntoView({ behavior: "smooth", block: "nearest" });
+    const still = window.matchMedia("(prefers-reduced-motion: reduce)").matches;
+    document.getElementById("maps").scrollIntoView({ behavior: still ? "auto" : "smooth", block: "nearest" });
   }));
   if (cells.length) {
     group.addEventListener("change", mark);

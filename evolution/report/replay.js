@@ -37,11 +37,12 @@
       item.append(sample(name), name);
       byId("legend").append(item);
     });
-    if (data.maps.some((map) => map.bodies)) {
+    const own = data.maps.some((map) => map.runs.some((run) => run.bodies.length));
+    if (own || data.maps.some((map) => map.bodies.length)) {
       const item = document.createElement("span"), disc = document.createElement("i");
       disc.className = "disc";
       disc.style.background = data.people;
-      item.append(disc, "people");
+      item.append(disc, own ? "people; the ring has the colour of the run in which they walk" : "people");
       byId("legend").append(item);
     }
     data.groups.forEach((name, index) => group.add(new Option(name, String(index))));
@@ -129,7 +130,8 @@
       const pen = panel.canvas.getContext("2d");
       pen.clearRect(0, 0, panel.canvas.width, panel.canvas.height);
       pen.drawImage(panel.walls, 0, 0);
-      (panel.map.bodies || []).forEach((body) => drawBody(pen, panel, body));
+      panel.map.bodies.forEach((body) => drawBody(pen, panel, body));
+      panel.runs.forEach((run) => run.bodies.forEach((body) => drawBody(pen, panel, body, colour(run.controller))));
       panel.runs.forEach((run) => drawRun(pen, panel, run));
     });
     clock.textContent = now.toFixed(1) + " s";
@@ -142,14 +144,19 @@
     pen.stroke();
   }
 
-  /* Where a body was: the same in all runs, as nothing stops a body. */
-  function drawBody(pen, panel, body) {
-    const index = Math.min(body.x.length - 1, Math.round(now / panel.map.period));
+  /* Where a body was: in all runs, or in the run whose colour its ring has. */
+  function drawBody(pen, panel, body, edge) {
+    const index = Math.min(body.x.length - 1, Math.round(now / data.period));
     const [x, y] = place(panel, body.x[index], body.y[index]);
     pen.fillStyle = data.people;
     pen.beginPath();
     pen.arc(x, y, body.radius * panel.scale, 0, 2 * Math.PI);
     pen.fill();
+    if (edge) {
+      pen.strokeStyle = edge;
+      pen.lineWidth = 3;
+      pen.stroke();
+    }
   }
 
   function drawRun(pen, panel, run) {
@@ -188,17 +195,24 @@
 
   function drawRobot(pen, panel, run, index) {
     const [x, y] = place(panel, run.x[index], run.y[index]);
-    const radius = panel.map.robot * panel.scale;
+    const radius = run.robot.radius * panel.scale, yaw = run.yaw[index];
     pen.globalAlpha = 0.45;
     pen.fillStyle = colour(run.controller);
     pen.beginPath();
-    pen.arc(x, y, radius, 0, 2 * Math.PI);
+    if (run.robot.footprint) { outline(run.robot.footprint, yaw).forEach(([dx, dy]) => pen.lineTo(x + dx * panel.scale, y - dy * panel.scale)); }
+    else { pen.arc(x, y, radius, 0, 2 * Math.PI); }
     pen.fill();
     pen.globalAlpha = 1;
     pen.beginPath();
     pen.moveTo(x, y);
-    pen.lineTo(x + radius * Math.cos(run.yaw[index]), y - radius * Math.sin(run.yaw[index]));
+    pen.lineTo(x + radius * Math.cos(yaw), y - radius * Math.sin(yaw));
     pen.stroke();
+  }
+
+  /* The corners of a footprint at a heading. */
+  function outline(corners, yaw) {
+    const cos = Math.cos(yaw), sin = Math.sin(yaw);
+    return corners.map(([x, y]) => [x * cos - y * sin, x * sin + y * cos]);
   }
 
   function setPlaying(on) {

@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 from evolution.pictures import PEOPLE_COLOUR, colour_of
 from gym_mapbench.kernels.rectangles import merge_rectangles
 from gym_mapbench.metrics.episode import RECOVERY_KINDS, Episode, Event
-from gym_mapbench.world.crowd import Track, place_crowd
+from gym_mapbench.world.crowd import Track, place_crowd, sees_robot
 
 REPLAY_PERIOD = 0.1
 MARKED_KINDS = RECOVERY_KINDS | {"contact"}
@@ -28,14 +28,12 @@ class ReplayedMap:
     Args:
         title: Shown above the map.
         episodes: Runs on this map, all of one scenario.
-        robot_radius: Drawn size of the robot, m.
         group: Maps of one group are shown together; the reader selects the group.
         sample: Which of all runs title and replay show, in words; shown below the title.
     """
 
     title: str
     episodes: Sequence[Episode]
-    robot_radius: float
     group: str = ""
     sample: str = ""
 
@@ -47,6 +45,7 @@ def replays_of(maps: Sequence[ReplayedMap]) -> dict[str, Any]:
         "controllers": names,
         "colours": {name: colour_of(names, name) for name in names},
         "people": PEOPLE_COLOUR,
+        "period": REPLAY_PERIOD,
         "groups": list(dict.fromkeys(shown.group for shown in maps)),
         "maps": [_replayed_map(shown) for shown in maps],
     }
@@ -75,6 +74,8 @@ def stuck_spots(states: NDArray[np.float64], period: float) -> list[tuple[float,
 
 def _replayed_map(shown: ReplayedMap) -> dict[str, Any]:
     scenario = shown.episodes[0].scenario
+    longest = max(shown.episodes, key=lambda episode: episode.time)
+    own = sees_robot(scenario.bodies)
     x0, y0, x1, y1 = scenario.map.bounds
     rectangles = merge_rectangles(scenario.map.occupancy)
     return {
@@ -89,29 +90,23 @@ def _replayed_map(shown: ReplayedMap) -> dict[str, Any]:
         "walls": [[int(col), int(row), int(cols), int(rows)] for row, col, rows, cols in rectangles],
         "start": list(scenario.start),
         "goal": list(scenario.goal),
-        "robot": shown.robot_radius,
-        "runs": [_run(episode) for episode in shown.episodes],
-        **_bodies(shown.episodes),
+        "runs": [_run(episode, _bodies(episode) if own else []) for episode in shown.episodes],
+        "bodies": [] if own else _bodies(longest),
     }
 
 
-def _bodies(episodes: Sequence[Episode]) -> dict[str, Any]:
-    """Return where the bodies of a scenario are until the end of its longest run; nothing where there are none.
-
-    People who see the robot are where they were in the first run.
-    """
-    first, bodies = episodes[0], episodes[0].scenario.bodies
+def _bodies(episode: Episode) -> list[dict[str, Any]]:
+    """Return where the bodies of a run are from its start to its end, every :data:`REPLAY_PERIOD`."""
+    bodies, track = episode.scenario.bodies, Track(episode.control_period, episode.trajectory)
     if not bodies:
-        return {}
-    times = np.arange(0.0, max(episode.time for episode in episodes) + REPLAY_PERIOD, REPLAY_PERIOD)
-    x, y, _ = np.round(
-        place_crowd(first.scenario.map, bodies, times, Track(first.control_period, first.trajectory)), 3
-    ).T.tolist()
-    courses = zip(bodies, x, y, strict=True)
-    return {"period": REPLAY_PERIOD, "bodies": [{"radius": one.shape.radius, "x": x, "y": y} for one, x, y in courses]}
+        return []
+    times = np.arange(0.0, episode.time + REPLAY_PERIOD, REPLAY_PERIOD)
+    x, y, _ = np.round(place_crowd(episode.scenario.map, bodies, times, track), 3).T.tolist()
+    return [{"radius": one.shape.radius, "x": x, "y": y} for one, x, y in zip(bodies, x, y, strict=True)]
 
 
-def _run(episode: Episode) -> dict[str, Any]:
+def _run(episode: Episode, bodies: Sequence[dict[str, Any]]) -> dict[str, Any]:
+    """Return one run; ``bodies`` are those that walk in no other run as they do in this one."""
     every = max(1, round(REPLAY_PERIOD / episode.control_period))
     states, period = _thinned(episode.trajectory, every), every * episode.control_period
     return {
@@ -124,7 +119,9 @@ def _run(episode: Episode) -> dict[str, Any]:
         "yaw": np.round(states[:, 2], 2).tolist(),
         "recoveries": sum(event.kind in RECOVERY_KINDS for event in episode.events),
         "marks": [_mark(episode, event) for event in episode.events if event.kind in MARKED_KINDS],
+        "robot": {"radius": episode.robot.radius, "footprint": episode.robot.footprint},
         "stuck": [[round(value, 3) for value in spot] for spot in stuck_spots(states, period)],
+        "bodies": bodies,
     }
 
 

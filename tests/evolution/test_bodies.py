@@ -69,18 +69,34 @@ def test_films_show_the_bodies_where_they_were(episode):
 
 
 def test_replays_hold_the_bodies_until_the_last_run_ends(episode):
-    (shown,) = replays_of([ReplayedMap("room", [episode], 0.22)])["maps"]
-    (body,) = shown["bodies"]
+    document = replays_of([ReplayedMap("room", [episode])])
+    (body,) = document["maps"][0]["bodies"]
     assert body["radius"] == 0.2
-    assert shown["period"] * (len(body["x"]) - 1) >= episode.time
+    assert document["period"] * (len(body["x"]) - 1) >= episode.time
     assert body["x"][:3] == pytest.approx([2.5, 2.45, 2.4])
     assert set(body["y"]) == {0.8}
+
+
+def test_replays_hold_people_who_see_the_robot_where_they_were_in_each_run():
+    scenario = among(social((2.5, 1.0), (0.5, 1.0), sees_robot=True), goal=(2.5, 2.5, 0.0))
+    episodes, places = [], []
+    for speed in (0.0, 0.26):
+        controller = as_controller(lambda observation, speed=speed: (speed, 0.0), "ahead", ("goal",))
+        env = environment_for(EnvConfig(time_limit=2.0), controller)
+        episodes.append(run_episode(env, controller, scenario, name=f"at {speed}", seed=0))
+        places.append(env.unwrapped.simulation.world.poses[0, :2])
+    (shown,) = replays_of([ReplayedMap("room", episodes)])["maps"]
+    assert shown["bodies"] == []
+    for run, place in zip(shown["runs"], places, strict=True):
+        (body,) = run["bodies"]
+        assert (body["x"][20], body["y"][20]) == pytest.approx(place, abs=2e-3)
+    assert np.hypot(*(places[0] - places[1])) > 0.01
 
 
 @NEEDS_CHROMIUM
 def test_the_legend_and_the_replay_show_people_in_the_colour_of_the_figures(episode, tmp_path):
     page = tmp_path / "page.html"
-    maps = [ReplayedMap("room", [episode], 0.22)]
+    maps = [ReplayedMap("room", [episode])]
     page.write_text(render_page(Report("Room", "", ["A verdict."], "", "", maps)), encoding="utf-8")
     red, green, blue = (int(PEOPLE_COLOUR[place : place + 2], 16) for place in (1, 3, 5))
     find = """const canvas = document.querySelector('canvas'), pen = canvas.getContext('2d'), [r, g, b] = arguments;
@@ -95,13 +111,32 @@ def test_the_legend_and_the_replay_show_people_in_the_colour_of_the_figures(epis
         assert browser.execute_script(find, red, green, blue)
 
 
+@NEEDS_CHROMIUM
+def test_the_replay_shows_the_footprint_of_the_robot(tmp_path):
+    controller = as_controller(lambda observation: (0.0, 0.0), "ahead", ("goal",))
+    env = environment_for(EnvConfig(time_limit=0.5, robot="jackal"), controller)
+    episode = run_episode(env, controller, among(), name="ahead", seed=0)
+    page = tmp_path / "page.html"
+    page.write_text(render_page(Report("Room", "", ["A."], "", "", [ReplayedMap("room", [episode])])), encoding="utf-8")
+    find = """const canvas = document.querySelector('canvas'), pen = canvas.getContext('2d'), xs = [], ys = [];
+        const {data} = pen.getImageData(0, 0, canvas.width, canvas.height);
+        const isRobot = (i) => Math.abs(data[i + 3] - 0.45 * 255) < 2 && Math.abs(data[i + 2] - 178) < 3;
+        for (let i = 0; i < data.length; i += 4) if (isRobot(i)) {
+            xs.push(i / 4 % canvas.width); ys.push(Math.floor(i / 4 / canvas.width)); }
+        return [xs, ys].map((all) => (Math.max(...all) - Math.min(...all) + 1) / canvas.width);"""
+    with open_chromium(height=900) as browser:
+        browser.get(page.as_uri())
+        long, wide = browser.execute_script(find)
+    metres = episode.scenario.map.bounds[2] - episode.scenario.map.bounds[0]
+    assert (long * metres, wide * metres) == pytest.approx((0.42, 0.33), abs=0.02)
+
+
 def test_replays_without_bodies_say_nothing_of_them():
     controller = as_controller(lambda observation: (0.5, 0.0), "ahead", ("goal",))
     env = environment_for(EnvConfig(time_limit=10.0), controller)
-    (shown,) = replays_of([ReplayedMap("room", [run_episode(env, controller, among(), name="a", seed=0)], 0.22)])[
-        "maps"
-    ]
-    assert not {"bodies", "period"} & set(shown)
+    episode = run_episode(env, controller, among(), name="a", seed=0)
+    (shown,) = replays_of([ReplayedMap("room", [episode])])["maps"]
+    assert shown["bodies"] == shown["runs"][0]["bodies"] == []
 
 
 def test_bodies_are_part_of_the_seeds_of_a_run():

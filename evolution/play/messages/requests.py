@@ -32,7 +32,8 @@ Point = tuple[float, float]
 """x, y in m."""
 PoseTuple = tuple[float, float, float]
 """x, y in m, and the heading in rad."""
-PageSeed = Annotated[int, Field(ge=0, lt=2**63)]
+PageSeed = Annotated[int, Field(ge=0, lt=2**53)]
+"""A seed; JavaScript would round larger whole numbers."""
 Values = Annotated[dict[Key, JsonValue], Field(max_length=MAX_VALUES)]
 
 

@@ -14,6 +14,13 @@ export class AnswerBox {
     byId("answer").setAttribute("aria-busy", "true");
   }
 
+  /* Shows nothing in place of an answer that will not come: what is there is of another map or of other parameters. */
+  fail() {
+    if (byId("answer").getAttribute("aria-busy") !== "true") return;
+    byId("answer").setAttribute("aria-busy", "false");
+    for (const name of ["verdict", "table", "command"]) byId(name).replaceChildren();
+  }
+
   show(answer, failures) {
     byId("answer").setAttribute("aria-busy", "false");
     this.sentences(answer, failures);

@@ -1,5 +1,7 @@
 /* Links: a map in the fragment of an address, compressed by the browser. */
 
+import { Grid } from "./grid.js";
+
 async function through(bytes, stream) {
   return new Uint8Array(await new Response(new Blob([bytes]).stream().pipeThrough(stream)).arrayBuffer());
 }
@@ -17,7 +19,9 @@ export async function sceneIn(fragment) {
   if (!found) return null;
   try {
     const bytes = Uint8Array.from(atob(found[1].replaceAll("-", "+").replaceAll("_", "/")), (one) => one.charCodeAt(0));
-    return JSON.parse(new TextDecoder().decode(await through(bytes, new DecompressionStream("deflate-raw"))));
+    const scene = JSON.parse(new TextDecoder().decode(await through(bytes, new DecompressionStream("deflate-raw"))));
+    new Grid(scene);
+    return [scene.start, scene.goal].every((pose) => pose.length === 3) ? scene : null;
   } catch {
     return null;
   }

@@ -85,6 +85,7 @@ class Playground {
     server.on("error", (reply) => {
       say(reply.message, true);
       this.search.end("");
+      if (reply.id === null || reply.id === ways.id) this.answer.fail();
     });
   }
 

@@ -126,7 +126,7 @@ export class Overlays {
     const { thoughts } = instant;
     if (thoughts?.kind === "dwb") lines.push(dwbWords(thoughts));
     if (thoughts?.kind === "mppi") lines.push(`${thoughts.samples.length} of its samples are shown, coloured from the lowest cost (blue) to the highest (orange)`);
-    if (thoughts?.kind === "rpp") lines.push(`carrot ${thoughts.lookahead.toFixed(2)} m ahead; speed ${thoughts.speed.toFixed(2)} of ${thoughts.desired.toFixed(2)} m/s${thoughts.regulation ? `, limited by ${thoughts.regulation}` : ""}`);
+    if (thoughts?.kind === "rpp") lines.push(`carrot ${thoughts.lookahead.toFixed(2)} m ahead, curvature ${thoughts.curvature.toFixed(2)} 1/m; at most ${thoughts.desired.toFixed(2)} m/s`);
     return lines;
   }
 }

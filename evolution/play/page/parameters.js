@@ -51,6 +51,8 @@ export class Parameters {
   differs() {
     const changed = this.parameters.filter((one) => one.key in this.values);
     const words = changed.map((one) => `${one.key}: ${JSON.stringify(one.default)} becomes ${JSON.stringify(this.values[one.key])}`);
+    const known = new Set(this.parameters.map((one) => one.key));
+    words.push(...Object.keys(this.values).filter((key) => !known.has(key)).map((key) => `${key} is no parameter of these, Reset removes it`));
     byId("differs").textContent = words.length ? `What differs: ${words.join("; ")}.` : "Nothing is changed.";
   }
 

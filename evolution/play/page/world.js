@@ -13,7 +13,7 @@ export class WorldBox {
     this.row("Robot", choice([["", "of the parameters"], ...robots.map((one) => [one.name, one.name])], store.settings.robot, (name) => this.set("robot", name)));
     this.row("Robot radius, m", this.number({ min: 0.02, max: 5, step: 0.01 }, store.settings.robot_radius, (value) => this.set("robot_radius", value)));
     this.row("Noise", choice(levels, store.settings.noise, (name) => this.set("noise", name)));
-    this.row("Seed", this.number({ min: 0, step: 1 }, store.settings.seed, (value) => this.set("seed", value ?? 0)));
+    this.row("Seed", this.number({ min: 0, max: Number.MAX_SAFE_INTEGER, step: 1 }, store.settings.seed, (value) => this.set("seed", value ?? 0)));
     this.row("Runs of each", this.number({ min: 1, max: limits.repeats, step: 1 }, store.settings.repeats, (value) => this.set("repeats", value ?? 1)));
   }
 

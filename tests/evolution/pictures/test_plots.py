@@ -11,6 +11,7 @@ from PIL import Image
 from evolution.pictures.plots import (
     _cliques,
     box_figure,
+    convergence_figure,
     critical_difference_figure,
     curse_figure,
     spread_figure,
@@ -37,6 +38,12 @@ def test_what_is_off_the_scale_is_counted():
     (axes,) = box_figure({"seen": {"ga": [1, 2, 3.0, 100.0, 20000.0], "random": [2.0]}}, highest=100.0).axes
     assert [label.get_text() for label in axes.get_xticklabels()] == ["ga\n(2 at 100 or more)", "random"]
     assert axes.get_ylim()[1] < 100
+
+
+@pytest.mark.parametrize("values", [1, 2])
+def test_a_single_value_is_a_point_as_a_line_needs_two(values):
+    (axes,) = convergence_figure({"best": (range(values), [-0.5] * values)}).axes
+    assert axes.lines[0].get_marker() == ("o" if values == 1 else "")
 
 
 def test_spread_is_mean_and_standard_deviation():

@@ -111,6 +111,32 @@ def test_an_instant_shows_the_pose_of_the_way_and_what_the_robot_believes(page, 
     assert len(instant["lidar"]) > 100
 
 
+def test_a_page_gets_nothing_of_the_drive_of_another_page(page, session):
+    with page.connect() as first, page.connect() as second:
+        first.send_json(drive_of(session, 7))
+        until(first, "answer")
+        second.send_json(drive_of(session, 7, scene=session["scene"] | {"start": [0.5, 1.5, 0.0]}))
+        until(second, "answer")
+        first.send_json({"type": "instant", "id": 7, "variant": "rpp", "time": 0.0})
+        (error,) = until(first, "instant")
+        assert "got 7; another page of this playground has begun to run" in error["message"]
+        second.send_json({"type": "instant", "id": 7, "variant": "rpp", "time": 0.0})
+        (instant,) = until(second, "instant")
+        assert instant["pose"] == [0.5, 1.5, 0.0]
+
+
+def test_a_page_hears_that_another_page_has_ended_its_runs(page, session):
+    long = {"preset": "thesis", "noise": "nominal", "repeats": 50}
+    with page.connect() as first, page.connect() as second:
+        first.send_json(drive_of(session, 3, settings=long))
+        until(first, "way")
+        second.send_json(drive_of(session, 4))
+        error = until(first, "answer")[-1]
+        assert (error["type"], error["id"]) == ("error", 3)
+        assert error["message"].startswith("another page of this playground has begun to run")
+        assert until(second, "answer")[-1]["type"] == "answer"
+
+
 @pytest.mark.parametrize(
     ("message", "problem"),
     [

@@ -8,7 +8,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from evolution.play.messages import MAX_TEXT, REQUESTS, Cancel, read_request
+from evolution.play.messages import MAX_TEXT, REQUESTS, Cancel, WorldSettings, read_request
 from gym_mapbench.errors import ConfigError
 
 VALUES = st.recursive(
@@ -51,6 +51,13 @@ def test_anything_is_read_or_refused_in_one_line(text):
 def test_bad_values_name_what_was_expected(message, problem):
     with pytest.raises(ConfigError, match=problem):
         read_request(json.dumps(message))
+
+
+def test_seeds_that_a_page_would_round_are_refused():
+    document = {"preset": "thesis", "seed": 2**53 - 1}
+    assert json.loads(WorldSettings.from_mapping(document, "world").model_dump_json())["seed"] == 2**53 - 1
+    with pytest.raises(ConfigError, match="seed: expected less than"):
+        WorldSettings.from_mapping({**document, "seed": 2**53}, "world")
 
 
 def test_a_long_message_is_not_parsed():

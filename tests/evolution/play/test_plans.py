@@ -130,6 +130,16 @@ def test_whole_numbers_are_saved_as_doubles_where_nav2_has_doubles(of_file, sess
     assert saved == USERS_FILE.replace("lookahead_dist: 0.7", "lookahead_dist: 1.0")
 
 
+def test_lists_are_changed_as_the_page_gives_them(given, session):
+    critics = ["RotateToGoal", "BaseObstacle", "PathDist", "GoalDist"]
+    variants = [{"name": "dwb", "controller": "dwb", "parameters": {"critics": critics}}]
+    (one,) = planned(session_of(session, {"preset": "thesis"}, variants), given)
+    assert list(one.plan.settings.navigation.controller("dwb").params["critics"]) == critics
+    variants[0]["parameters"] = {"critics": "PathDist"}
+    with pytest.raises(ConfigError, match="critics: expected a list, got 'PathDist'"):
+        planned(session_of(session, {"preset": "thesis"}, variants), given)
+
+
 @pytest.mark.parametrize(
     ("settings", "parameters", "problem"),
     [

@@ -56,3 +56,18 @@ def test_a_click_on_a_cell_shows_its_map(atlas, page):
             assert cell.get_attribute("aria-pressed") == "true"
             assert len(driver.find_elements("css selector", '[aria-pressed="true"]')) == 1
         assert driver.get_log("browser") == []
+
+
+@NEEDS_CHROMIUM
+def test_a_click_scrolls_without_motion_for_readers_who_want_none(atlas, page):
+    with open_chromium(height=1000) as driver:
+        found = []
+        for value in ("reduce", "no-preference"):
+            features = [{"name": "prefers-reduced-motion", "value": value}]
+            driver.execute_cdp_cmd("Emulation.setEmulatedMedia", {"features": features})
+            driver.get(page.as_uri())
+            script = """Element.prototype.scrollIntoView = (how) => { window.how = how.behavior; };
+                document.querySelector('[data-group]').click();
+                return window.how;"""
+            found.append(driver.execute_script(script))
+        assert found == ["auto", "smooth"]

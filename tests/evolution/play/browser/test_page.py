@@ -264,3 +264,40 @@ def test_edits_in_a_row_answer_the_last_one(page):
     changes(page, lambda: tool(page, "Redo"))
     changes(page, lambda: tool(page, "Undo"))
     assert times(page) == before
+
+
+def choose_preset(page, name):
+    Select(page.find_elements(By.CSS_SELECTOR, "#world-list select")[0]).select_by_value(name)
+
+
+def test_a_session_that_cannot_run_shows_no_earlier_answer_and_names_the_parameter(page):
+    script = """const rows = [...document.querySelectorAll('#parameter-list .parameter')];
+        const input = rows.find((row) => row.innerText.startsWith('shorten_transformed_plan')).querySelector('input');
+        input.click();"""
+    changes(page, lambda: page.execute_script(script))
+    choose_preset(page, "lyrical")
+    until(page, lambda: "unknown parameter 'shorten_transformed_plan'" in text(page, "status"))
+    assert page.find_element(By.ID, "answer").get_attribute("aria-busy") == "false"
+    assert [text(page, name) for name in ("verdict", "table")] == ["", ""]
+    assert page.execute_script("return document.getElementById('command').textContent") == ""
+    assert "shorten_transformed_plan is no parameter of these, Reset removes it" in text(page, "differs")
+    changes(page, lambda: click(page, "reset"))
+    assert set(times(page)) == {"dwb", "rpp"}
+
+
+def test_the_thoughts_of_rpp_are_said_below_the_map(page):
+    Select(page.find_element(By.CSS_SELECTOR, "#overlays select")).select_by_value("rpp")
+    until(page, lambda: "rpp at 25." in text(page, "hover"))
+    assert re.search(r"carrot \d\.\d\d m ahead, curvature -?\d\.\d\d 1/m; at most 0\.50 m/s", text(page, "hover"))
+
+
+@pytest.mark.parametrize("change", [{"cells": "!!"}, {"width": 10**9}, {"start": None}])
+def test_a_link_that_cannot_be_read_leaves_the_map_of_the_command_line(page, address, change):
+    script = """const [change, done] = given, {fragmentOf} = await import(location.pathname + 'static/link.js');
+        const {scene} = await (await fetch(location.pathname + 'state')).json();
+        done(await fragmentOf({...scene, ...change}));"""
+    fragment = page.execute_async_script(f"(async (...given) => {{{script}}})(...arguments)", change)
+    page.get("about:blank")
+    page.get(f"{address}#{fragment}")
+    wait_for_answer(page)
+    assert text(page, "map-name") == "office"
