@@ -55,7 +55,6 @@ REDUCED = (
     (r"mapbench bench", "--repeats 1 --time-limit 60 --workers 1"),
     (r"mapbench drive", "--time-limit 2"),
     (r"mapbench maps draw .*--out (train|test)", "--count 2"),
-    (r"mapbench maps draw .*--out six", "--count 3"),
     (r"mapbench tune", "--trials 2 --finalists 1 --test-repeats 1 --time-limit 60"),
 )
 """What is added to a command that runs here; of an option that is given twice, the last counts."""
