@@ -18,3 +18,16 @@ os.environ.pop("PYTHONDONTWRITEBYTECODE", None)
 
 # Two workers of pytest, and the processes that they start, share the cores.
 use_one_thread()
+
+
+def pytest_sessionstart() -> None:
+    """Let the workers of pytest compile each kernel of a run once, as workers of a search do: in a fresh clone.
+
+    Both would otherwise compile whatever each of them calls first.
+    """
+    if "PYTEST_XDIST_WORKER" in os.environ:
+        from evolution.driving import warmup
+
+        if not warmup.is_compiled():
+            for release in warmup.PRESET_OF:
+                warmup.warm_up(("dwb", "mppi", "rpp", "graceful"), release)

@@ -1,8 +1,8 @@
 """The pages of the site: every command on them parses, every block runs, and what they take from the code is there.
 
-The blocks run in this process, in one folder, with small budgets, so that the pages share what they make. Those of
-docs/extending.md have worker processes, which must find the examples, too. Those of README.md run as a reader runs
-them, in test_documents.py.
+The blocks run in this process, in one folder, with small budgets, so that the pages share what they make. Benchmarks
+of docs/extending.md have worker processes, which must find the examples, too. Those of README.md run in processes of
+their own, in test_documents.py.
 """
 
 from __future__ import annotations
@@ -38,27 +38,21 @@ from evolution.runs import load_run
 from evolution.search.judging.patterns.gini import gini, gini_fitness
 from gym_mapbench.mapio.formats import FORMATS
 from gym_mapbench.metrics import METRICS
-from tests.test_documents import ROOT, blocks_of, name_of
+from tests.test_documents import FEW, ROOT, TINY, blocks_of, name_of
 
 SITE = yaml.load((ROOT / "mkdocs.yml").read_text(encoding="utf-8"), yaml.BaseLoader)
 PAGES = sorted(path.relative_to(ROOT).as_posix() for path in (ROOT / "docs").rglob("*.md"))
 IN_ORDER = re.findall(r"[\w/-]+\.md", str(SITE["nav"]))
 RUN_HERE = [f"docs/{page}" for page in IN_ORDER]
 WITH_WORKERS = "docs/extending.md"
-"""The page whose blocks run with worker processes: these must find what an example names ``module:attribute``."""
+"""The page whose benchmarks have worker processes: these must find what an example names ``module:attribute``."""
 
-TINY = """
-search: {archive: {elite_seeds: 0}, validation: {seeds: 2, candidates: 2, held_out_seeds: 2}}
-controllers: [dwb, rpp]
-run: {environment: {time_limit: 60.0}}
-"""
-FEW = "--pop-size 2 --evaluations 2 --maps-per-set 2"
 REDUCED = (
     (r"mapbench evolve .*--preset thesis", f"{FEW} --controllers dwb,rpp --time-limit 60"),
     (r"mapbench evolve", f"{FEW} --config tiny.yaml"),
     (r"mapbench atlas", "--runs 8 --repeats 1 --held-out-seeds 1 --controllers dwb,rpp --time-limit 60"),
     (r"mapbench minimize", "--seeds 1 --held-out-seeds 1 --time-limit 20"),
-    (r"mapbench bench", "--repeats 1 --time-limit 60"),
+    (r"mapbench bench", "--repeats 1 --time-limit 60 --workers 1"),
     (r"mapbench drive", "--time-limit 2"),
     (r"mapbench maps draw .*--out (train|test)", "--count 2"),
     (r"mapbench tune", "--trials 2 --finalists 1 --test-repeats 1 --time-limit 60"),
@@ -68,7 +62,7 @@ ONLY_PARSED = (
     r"mapbench (train|study|validate)",  # hours; tests of their own run them with small budgets
     r"runs/(ppo|study)|report runs/thesis",  # needs what those would have made; one report is enough
     r"--config mine.yaml",  # three controllers, three roles; the page's Python block reads the file
-    r"--out runs/(mine|cluster|doors|pairs)",  # one more search each, of which others run
+    r"--out runs/(mine|cluster|doors|pairs|four_people)",  # one more search each, of which others run
     r"cluster.md|dask|pip install|scheduler",
 )
 FOREIGN = ("dask_jobqueue", "dask_kubernetes")
@@ -104,11 +98,12 @@ def done():
 def test_blocks_run(page, folder, done, monkeypatch):
     for registry in (EXECUTORS, FORMATS, METRICS):  # what a block registers, it registers for itself
         monkeypatch.setattr(registry, "_entries", dict(registry._entries))
-    if page != WITH_WORKERS:
-        monkeypatch.setitem(EXECUTORS._entries, "processes", lambda setup: AtOnce())
+    processes = EXECUTORS.get("processes")
     monkeypatch.syspath_prepend(folder)
     with chdir(folder):
         for position, (language, text) in enumerate(blocks_of(page)):
+            with_workers = page == WITH_WORKERS and (language == "python" or "mapbench bench" in text)
+            monkeypatch.setitem(EXECUTORS._entries, "processes", processes if with_workers else lambda setup: AtOnce())
             if language == "python" and not any(module in text for module in FOREIGN):
                 script = folder / name_of(text, position, language)
                 script.write_text(text, encoding="utf-8")

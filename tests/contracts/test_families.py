@@ -25,7 +25,7 @@ from gym_mapbench.world.robot import make_robot
 from gym_mapbench.world.scenario import Scenario
 
 THESIS = ShapeSettings()
-DRAWS = 100
+DRAWS = 50
 CROSS = ndimage.generate_binary_structure(2, 1)
 INFLATIONS = (CostmapParams.example_global(), CostmapParams())
 

@@ -6,7 +6,7 @@ import difflib
 
 import pytest
 import yaml
-from hypothesis import given
+from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from controllers.nav2_params import load_preset, parse_nav2_params, read_nav2_params, write_nav2_params
@@ -51,6 +51,7 @@ def test_only_the_named_values_change(text, tmp_path):
 numbers = st.floats(0.1, 5.0).map(lambda value: float(f"{value:.3g}"))
 
 
+@settings(max_examples=25)  # 16 selections of names
 @given(st.dictionaries(st.sampled_from(["lookahead_dist", "cost_scaling_dist", RADIUS, FACTOR]), numbers))
 def test_a_written_preset_gives_the_values_back(values):
     navigation = load_preset("jazzy").replace(controllers={"rpp": load_preset("jazzy").controller("rpp")})

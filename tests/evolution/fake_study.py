@@ -3,6 +3,9 @@
 from __future__ import annotations
 
 import hashlib
+import shutil
+from collections.abc import Collection
+from pathlib import Path
 
 import numpy as np
 import pytest
@@ -105,3 +108,12 @@ def small_study(**changes) -> StudySettings:
     }
     experiment = overlay(OPTIONS, changes.pop("experiment", {}))
     return StudySettings.from_mapping({**document, **changes, "experiment": experiment}, "small")
+
+
+def part_of(study: Path, copy: Path, names: Collection[str]) -> Path:
+    """Copy a finished study as if only some of its configurations had been run; returns the copy."""
+    shutil.copytree(study, copy)
+    for runs in (copy / "runs").iterdir():
+        if runs.name not in names:
+            shutil.rmtree(runs)
+    return copy

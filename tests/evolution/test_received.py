@@ -20,6 +20,7 @@ from evolution.runs import RunDir
 from evolution.search import evolve, experiment_of
 from evolution.studies import StudySettings, load_results, run_study
 from gym_mapbench.errors import UntrustedError
+from tests.evolution.fake_study import part_of
 from tests.faults.samples import QUICK
 
 WORLD = {"environment": {"time_limit": 20.0}}
@@ -244,7 +245,7 @@ def test_a_study_whose_search_names_code_is_not_even_read(real_study, folder, ca
 
 @pytest.mark.usefixtures("fake_driving")
 def test_a_run_inside_a_study_that_names_code_is_shown_without_replays(study_path, folder):
-    path = shutil.copytree(study_path, folder / "got")
+    path = part_of(study_path, folder / "got", ["gini_6"])
     config = path / "runs" / "gini_6" / "seed-0000" / "config.json"
     config.write_text(config.read_text().replace('"kind": ""', '"kind": "bait:x"', 1))
     page = write_report(path, folder / "page.html").read_text()

@@ -14,6 +14,7 @@ from evolution.benchmark import Benchmark
 from evolution.cli import main
 from evolution.commands.bench import print_benchmark
 from evolution.report.writing import write_report
+from tests.evolution.fake_study import part_of
 
 OFFICE = Path(__file__).resolve().parents[3] / "examples" / "office.yaml"
 
@@ -47,11 +48,12 @@ def contents(path):
 
 @pytest.mark.usefixtures("fake_driving")
 def test_a_report_elsewhere_writes_nothing_into_the_directory(study_path, tmp_path):
-    before = contents(study_path)
-    for path in (study_path, study_path / "runs" / "gini_6" / "seed-0000"):
+    study = part_of(study_path, tmp_path / "study", ["gini_6"])
+    before = contents(study)
+    for path in (study, study / "runs" / "gini_6" / "seed-0000"):
         page = write_report(path, tmp_path / f"{path.name}.html")
         assert page.read_text(encoding="utf-8").count("data:image/png") > 2
-    assert contents(study_path) == before
+    assert contents(study) == before
 
 
 def test_a_run_may_take_as_long_as_told(tmp_path):

@@ -6,8 +6,11 @@ import io
 
 import numpy as np
 import pytest
+from matplotlib.axes import Axes
+from matplotlib.figure import Figure
 from PIL import Image
 
+from evolution.pictures.once_drawn import OnceDrawnFigure
 from evolution.pictures.plots import (
     _cliques,
     box_figure,
@@ -17,7 +20,7 @@ from evolution.pictures.plots import (
     spread_figure,
     times_figure,
 )
-from evolution.pictures.style import COLOURS, save_figure
+from evolution.pictures.style import COLOURS, new_figure, save_figure
 from evolution.report.page import picture
 
 
@@ -27,6 +30,24 @@ def test_equal_figures_are_equal_files(tmp_path):
         save_figure(figure, tmp_path / folder / "box")
     for name in ("box.png", "box.svg"):
         assert (tmp_path / "a" / name).read_bytes() == (tmp_path / "b" / name).read_bytes()
+
+
+def test_a_figure_is_drawn_once_for_a_file_of_the_same_bytes(tmp_path, monkeypatch):
+    def saved(folder):
+        figure, axes = new_figure(columns=2)
+        axes[0].plot([1, 2, 30000], [1, 3, 2], label="a long name")
+        axes[0].set_ylabel("above\nand below")
+        axes[1].imshow([[1, 2], [3, 4]])
+        axes[1].set_title("two\nlines")
+        figure.legend(loc="outside lower center")
+        return [path.read_bytes() for path in save_figure(figure, tmp_path / folder / "one")]
+
+    drawn, draw = [], Axes.draw
+    monkeypatch.setattr(Axes, "draw", lambda axes, renderer: (drawn.append(axes), draw(axes, renderer)))
+    once = saved("once")
+    assert len(drawn) == 2 * 2
+    monkeypatch.setattr(OnceDrawnFigure, "draw", Figure.draw)
+    assert saved("twice") == once
 
 
 def legend(figure):

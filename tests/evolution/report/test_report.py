@@ -31,7 +31,7 @@ from evolution.studies.analysis.figures import drive_best_sets, write_study_figu
 from evolution.studies.analysis.tables import write_tables
 from evolution.studies.analysis.verdict import verdict_of
 from gym_mapbench.errors import ConfigError, RunError
-from tests.evolution.fake_study import drive, small_study
+from tests.evolution.fake_study import drive, part_of, small_study
 
 pytestmark = pytest.mark.usefixtures("fake_driving")
 
@@ -138,10 +138,7 @@ def test_equal_studies_give_equal_pages(results, best_sets):
 
 
 def test_a_partial_study_says_what_is_missing(study_path, tmp_path):
-    path = tmp_path / "part"
-    shutil.copytree(study_path, path)
-    for name in small_study().names[1:]:
-        shutil.rmtree(path / "runs" / name)
+    path = part_of(study_path, tmp_path / "part", ["gini_6"])
     shutil.rmtree(path / "reevaluation")
     written = write_report(path)
     assert written == path / "report.html"

@@ -81,7 +81,7 @@ def tool(page, name):
 
 def drag(page, start, move):
     canvas = page.find_element(By.ID, "map")
-    ActionChains(page).move_to_element_with_offset(canvas, *start).click_and_hold().move_by_offset(
+    ActionChains(page, duration=50).move_to_element_with_offset(canvas, *start).click_and_hold().move_by_offset(
         *move
     ).release().perform()
 
