@@ -218,7 +218,7 @@ def _comparison_tables(comparison: Comparison) -> list[Table]:
         columns = {"configuration": "configuration", "mean_rank": "mean rank"}
         note = (
             f"Over {len(ranking.seeds)} seeds; rank 1 is best. Ranks less than {ranking.critical_difference:.2f} apart "
-            f"do not differ significantly (Nemenyi, 0.05).{_nested_ranks(comparison)}"
+            f"do not differ significantly (Nemenyi, 0.05).{_left_out(comparison)}"
         )
         tables.append(table_of(f"Ranks: {title}", columns, rank_rows(comparison), note))
     return tables
@@ -240,10 +240,10 @@ def _pairs_note(comparison: Comparison) -> str:
     )
 
 
-def _nested_ranks(comparison: Comparison) -> str:
-    """Name the ranks that follow from how a configuration selects, and so are no evidence."""
-    fixed = [f"{best} never ranks behind {parent}" for best, parent in comparison.by_construction]
-    return f" By construction {', '.join(fixed)}." if fixed else ""
+def _left_out(comparison: Comparison) -> str:
+    """Name the configurations without a rank, because they are never worse than another one by construction."""
+    names = [best for best, _ in comparison.by_construction]
+    return f" Without {', '.join(names)}: never worse than another configuration by construction." if names else ""
 
 
 def refused_replays(best_sets: Sequence[BestSet]) -> list[str]:

@@ -64,7 +64,8 @@ class Comparison:
         pairs: Every pair of configurations, the better median first; p-values corrected by Holm over all pairs.
         by_construction: Pairs that are not tested: the first cannot be worse in any run, because it selects
             among all maps of the second afterwards.
-        ranking: Ranks over seeds; None where fewer than two seeds are common to all configurations.
+        ranking: Ranks over seeds of all configurations but the first ones of ``by_construction``; None where these are
+            fewer than two, or have fewer than two seeds in common.
     """
 
     judge: str
@@ -160,7 +161,7 @@ def _comparison(judge: Judge, quantity: Quantity, groups: Groups) -> Comparison:
         populations=[kruskal_wallis({name: values[name] for name in names}) for names in populations],
         pairs=pairwise_mann_whitney(values, pairs) if pairs else [],
         by_construction=nested,
-        ranking=_ranking(groups, quantity) if judge.comparable and len(values) > 1 else None,
+        ranking=_ranking(_without(groups, nested), quantity) if judge.comparable else None,
     )
 
 
@@ -175,6 +176,12 @@ def _nested(groups: Groups) -> list[tuple[str, str]]:
         for one in chosen
         if one.of in groups and groups[one.of][0].experiment.search.validation is None
     ]
+
+
+def _without(groups: Groups, nested: Sequence[tuple[str, str]]) -> Groups:
+    """Return the configurations that can be worse than each other one."""
+    left_out = {first for first, _ in nested}
+    return {name: runs for name, runs in groups.items() if name not in left_out}
 
 
 def _populations(groups: Groups) -> list[list[str]]:
@@ -192,7 +199,7 @@ def _populations(groups: Groups) -> list[list[str]]:
 def _ranking(groups: Groups, quantity: Quantity) -> Ranking | None:
     by_seed = [{run.seed: value_of(run, quantity) for run in runs} for runs in groups.values()]
     seeds = tuple(sorted(set.intersection(*[set(values) for values in by_seed])))
-    if len(seeds) < 2:
+    if len(groups) < 2 or len(seeds) < 2:
         return None
     table = np.array([[values[seed] for values in by_seed] for seed in seeds])
     ranks, difference = critical_difference(table)

@@ -266,6 +266,8 @@ def test_what_differs_by_construction_is_not_tested():
     seen, fresh = compare(study)
     assert [pair.groups for pair in seen.pairs] == [("exact", "ga"), ("ga", "random")]
     assert len(fresh.pairs) == 3
+    assert (seen.ranking.names, seen.ranking.test) == (("random", "ga"), None)
+    assert set(fresh.ranking.names) == {"random", "exact", "ga"}
     marked = pair_rows(seen)[-1]
     assert (marked["first"], marked["second"], marked["by_construction"]) == ("exact", "random", "yes")
     assert np.isnan(marked["p_holm"])
@@ -283,6 +285,7 @@ def test_what_cannot_be_worse_is_not_tested_either_where_it_is_as_good():
     )
     (seen,) = compare(study)
     assert (seen.order, seen.pairs, seen.by_construction) == (["random", "exact"], [], [("exact", "random")])
+    assert seen.ranking is None
 
 
 @pytest.mark.parametrize(
