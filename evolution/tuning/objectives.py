@@ -47,8 +47,9 @@ def scale_of(scenario: Scenario, settings: DriveSettings) -> Scale:
     Raises:
         ConfigError: If the robot has no way to the goal.
     """
-    length = distance_to_goal(scenario, settings.robot).at(scenario.start.x, scenario.start.y)
-    if not 0 < length < float("inf"):
+    distance = distance_to_goal(scenario, settings.robot)
+    length = distance.at(scenario.start.x, scenario.start.y)
+    if not distance.solvable or length <= 0:
         raise ConfigError(f"{scenario.name}: expected a map with a way to the goal, got none for this robot")
     return Scale(length, length / settings.robot.max_linear_velocity, settings.time_limit)
 

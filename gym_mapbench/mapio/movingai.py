@@ -134,7 +134,7 @@ def map_of_scen(path: Path) -> Path:
     if path.suffix.lower() != ".scen":
         raise MapFormatError(f"{path}: expected a .scen file, got {path.suffix or path.name}")
     first = next((line for line in _scen_lines(path)[1:] if line.strip()), "")
-    if len(first.split()) < 9:
+    if len(first.split()) < 2:
         raise MapFormatError(f"{path}: expected a task with the name of its map")
     map_path = file_inside(path.parent, _map_name(first), f"{path}: map")
     if not os.path.isfile(map_path):
