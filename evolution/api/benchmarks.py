@@ -11,6 +11,7 @@ from typing import Any
 from controllers.nav2_params import Nav2Params
 from evolution.api.evaluators import benchmark_evaluator
 from evolution.benchmark import (
+    RULED,
     Benchmark,
     Configuration,
     ParameterComparison,
@@ -21,6 +22,7 @@ from evolution.benchmark import (
     configurations_document,
     parameter_rows,
     reevaluation_in,
+    refuse_ruled,
     run_configurations,
 )
 from evolution.benchmark import bench as run_all
@@ -100,6 +102,8 @@ def bench(
         raise ConfigError("resume: expected the directory of a benchmark in 'out', got none")
     resources, environment = resources.taking(options)
     items = items_of(maps)
+    if barn_source(items):
+        refuse_ruled({name: environment.get(name) for name in RULED})
     scenarios = load_all(items, start, goal)
     read, run = read_parameters(params), run_of(items)
     check_alone(settings, {"params": params, **environment})

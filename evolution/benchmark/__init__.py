@@ -8,11 +8,14 @@ from __future__ import annotations
 
 from evolution.benchmark.barn import (
     PREFIX,
+    RULED,
     BarnScore,
     barn_settings,
     correlation_with,
     load_barn,
+    official_lengths,
     reference_of,
+    refuse_ruled,
     score_runs,
 )
 from evolution.benchmark.comparison import Comparison, compare, our_times, times_of_results
@@ -41,6 +44,7 @@ __all__ = [
     "BENCHMARK",
     "MEASURES",
     "PREFIX",
+    "RULED",
     "BarnScore",
     "Benchmark",
     "Comparison",
@@ -65,6 +69,7 @@ __all__ = [
     "correlation_with",
     "differences_in_words",
     "load_barn",
+    "official_lengths",
     "our_times",
     "pair_rows",
     "parameter_rows",
@@ -74,6 +79,7 @@ __all__ = [
     "reevaluation_in",
     "reevaluation_sentence",
     "reference_of",
+    "refuse_ruled",
     "run_configurations",
     "runs_by_controller",
     "score_rows",

@@ -34,6 +34,8 @@ REFINEMENT = 3
 INFLATION_RADIUS = 0.30
 FOOTPRINT_PADDING = 0.1
 REFERENCE = "dwa_reference.csv"
+RULED = ("robot", "time_limit", "collision_ends_episode", "xy_goal_tolerance", "yaw_goal_tolerance")
+"""Fields of the env whose values are BARN's."""
 
 
 @dataclass(frozen=True)
@@ -78,18 +80,49 @@ def barn_settings(settings: DriveSettings) -> DriveSettings:
     return settings.replace(environment=environment, navigation=navigation, own_goal_check=False)
 
 
-def score_runs(benchmark: Benchmark, source: str, low: float) -> list[BarnScore]:
-    """Score every run.
+def refuse_ruled(given: Mapping[str, object]) -> None:
+    """Refuse values in the place of BARN's.
 
     Args:
-        benchmark: The runs, on the worlds of ``source``.
-        source: ``barn:DIR``.
-        low: Being faster than ``low`` times the optimal time earns no more (4 in 2022, 2 since).
+        given: Options by name; None for an option that was not given.
+
+    Raises:
+        ConfigError: Naming the first option that was given.
+    """
+    for name, value in given.items():
+        if value is not None:
+            raise ConfigError(f"{name}: expected none beside {PREFIX}DIR, whose rules set it, got {value!r:.80}")
+
+
+def official_lengths(source: str) -> dict[str, float]:
+    """Return the path lengths that BARN scores with, by world, m.
+
+    Args:
+        source: ``barn:DIR``, or ``barn:FILE`` for one world.
 
     Raises:
         ConfigError: If a world's published path, from which the optimal time comes, is missing.
     """
-    lengths = _official_lengths(source)
+    place = Path(source.removeprefix(PREFIX))
+    lengths = {}
+    for world in [place] if place.is_file() else world_files(place):
+        path = read_barn_path(world)
+        if path is None:
+            raise ConfigError(
+                f"{world}: expected its published path ({world.stem.replace('world', 'path')}.npy) nearby"
+            )
+        lengths[world.stem] = path.official_length
+    return lengths
+
+
+def score_runs(benchmark: Benchmark, lengths: Mapping[str, float], low: float) -> list[BarnScore]:
+    """Score every run.
+
+    Args:
+        benchmark: The runs.
+        lengths: What :func:`official_lengths` returns for their worlds.
+        low: Being faster than ``low`` times the optimal time earns no more (4 in 2022, 2 since).
+    """
     return [_score(row, lengths[row["map"]], low) for row in benchmark.rows]
 
 
@@ -115,18 +148,6 @@ def _score(row: Row, length: float, low: float) -> BarnScore:
     success, time = row["outcome"] == "goal", row["time_s"] - (row.get("motion_start") or 0.0)
     score = score_barn(success, time, length / TOP_SPEED, low)
     return BarnScore(row["map"], row["controller"], success, time, score)
-
-
-def _official_lengths(source: str) -> dict[str, float]:
-    lengths = {}
-    for world in world_files(Path(source.removeprefix(PREFIX))):
-        path = read_barn_path(world)
-        if path is None:
-            raise ConfigError(
-                f"{world}: expected its published path ({world.stem.replace('world', 'path')}.npy) nearby"
-            )
-        lengths[world.stem] = path.official_length
-    return lengths
 
 
 def _costmap(params: CostmapParams) -> CostmapParams:

@@ -15,7 +15,7 @@ from statistics import fmean
 
 from evolution.files import Row
 from gym_mapbench.errors import ConfigError, unknown_name
-from gym_mapbench.metrics import METRICS
+from gym_mapbench.metrics import METRICS, WEIGHTED_BY_SUCCESS
 
 COMPARISONS: dict[str, Callable[[float, float], bool]] = {
     "<=": operator.le,
@@ -25,7 +25,7 @@ COMPARISONS: dict[str, Callable[[float, float], bool]] = {
     "<": operator.lt,
     ">": operator.gt,
 }
-RULE = re.compile(r"\s*(?P<left>[^<>=!\s]+)\s*(?P<sign><=|>=|==|!=|<|>)\s*(?P<limit>\S+)\s*")
+RULE = re.compile(r"\s*(?P<left>[^<>=!]+?)\s*(?P<sign><=|>=|==|!=|<|>)\s*(?P<limit>\S.*?)\s*")
 
 Measure = Callable[[Sequence[Row]], float | None]
 
@@ -38,8 +38,8 @@ def _mean_of_goals(column: str) -> Measure:
     return lambda rows: _mean(row.get(column) for row in _solved(rows))
 
 
-def _mean_recoveries(rows: Sequence[Row]) -> float | None:
-    return _mean(row.get("n_recoveries") for row in rows if row["outcome"] != "error")
+def _mean_of_all(column: str) -> Measure:
+    return lambda rows: _mean(row.get(column) for row in rows if row["outcome"] != "error")
 
 
 def _count_of(outcome: str) -> Measure:
@@ -51,7 +51,7 @@ MEASURES: dict[str, Measure] = {
     "time": _mean_of_goals("time_s"),
     "length": _mean_of_goals("path_length_m"),
     "clearance": _mean_of_goals("min_clearance"),
-    "recoveries": _mean_recoveries,
+    "recoveries": _mean_of_all("n_recoveries"),
     "collisions": _count_of("collision"),
     "timeouts": _count_of("timeout"),
     "planner_failures": _count_of("planner_failure"),
@@ -59,7 +59,8 @@ MEASURES: dict[str, Measure] = {
     "errors": _count_of("error"),
 }
 """Measures of a controller over all maps: the share of runs at the goal; means over the runs that reached it, in s and
-m; recoveries a run; and numbers of runs that ended otherwise. Metrics are measures, too: means like ``time``."""
+m; recoveries a run; and numbers of runs that ended otherwise. Metrics are measures, too: means like ``recoveries`` if
+they are weighted by success, else like ``time``."""
 
 
 Owners = Mapping[str, Sequence[Row]]
@@ -100,7 +101,8 @@ class Rule:
 
 
 def _value(rows: Sequence[Row], measure: str) -> float | None:
-    return MEASURES.get(measure, _mean_of_goals(measure))(rows)
+    mean = _mean_of_all if measure in WEIGHTED_BY_SUCCESS else _mean_of_goals
+    return MEASURES.get(measure, mean(measure))(rows)
 
 
 def read_rule(text: str, owners: Sequence[str], metrics: Sequence[str] = ()) -> Rule:

@@ -13,6 +13,7 @@ from evolution.benchmark import (
     Benchmark,
     broken,
     correlation_with,
+    official_lengths,
     read_rule,
     reevaluation_sentence,
     reference_of,
@@ -103,8 +104,7 @@ def run(args: argparse.Namespace) -> int:
     """Run the benchmark and print it; return 1 if a rule of ``--fail-if`` is broken."""
     if args.resume and args.out is None:
         raise ConfigError("--resume: expected the directory to continue, --out DIR")
-    if args.lo is not None and not barn_source(args.maps):
-        raise ConfigError(f"--lo: expected barn:DIR beside it, got {args.maps[0]}")
+    lengths = _official_lengths(args)
     if is_comparison(args):
         return run_comparison(args)
     searched = run_of(args.maps)
@@ -131,7 +131,7 @@ def run(args: argparse.Namespace) -> int:
     as_set = [reevaluation_sentence(result.reevaluation, searched)] if result.reevaluation and searched else []
     print_benchmark(result, args.format, as_set)
     if barn := barn_source(args.maps):
-        _print_barn(score_runs(result, barn, args.lo or BARN_FACTOR), barn)
+        _print_barn(score_runs(result, lengths, args.lo or BARN_FACTOR), barn)
         if not args.unknown_map:
             note(KNOWN_MAP)
     if page is not None:
@@ -141,6 +141,17 @@ def run(args: argparse.Namespace) -> int:
     for line in failed:
         errors.print(f"mapbench bench: --fail-if {line}")
     return RULE_BROKEN if failed else 0
+
+
+def _official_lengths(args: argparse.Namespace) -> dict[str, float]:
+    """Return the path lengths that BARN scores with, by world, m; empty for other maps."""
+    barn = barn_source(args.maps)
+    if barn:
+        driving_options.refuse_beside_barn(args)
+        return official_lengths(barn)
+    if args.lo is not None:
+        raise ConfigError(f"--lo: expected barn:DIR beside it, got {args.maps[0]}")
+    return {}
 
 
 def print_benchmark(result: Benchmark, form: str, notes: Sequence[str] = ()) -> None:

@@ -9,11 +9,13 @@ from pathlib import Path
 
 from controllers.base import Controller
 from controllers.navigator.navigator import Navigator
+from evolution.benchmark import barn_settings
 from evolution.commands import driving_options, options
 from evolution.commands.console import console
-from evolution.driving import JobPlan, check_room, drive, try_controllers
-from evolution.inputs import load_all, run_of, world_of
+from evolution.driving import DriveSettings, JobPlan, check_room, drive, try_controllers
+from evolution.inputs import barn_source, load_all, run_of, world_of
 from evolution.pictures import check_display, check_film, save_animation, show_animation
+from evolution.runs import LoadedRun
 from gym_mapbench.env.render import SeenCostmap
 from gym_mapbench.errors import ConfigError
 from gym_mapbench.metrics import measure
@@ -72,7 +74,7 @@ def run(args: argparse.Namespace) -> int:
         raise ConfigError(f"--scenario: expected 1 to {len(scenarios)}, got {args.scenario}")
     scenario = scenarios[args.scenario - 1]
     searched = run_of([args.map])
-    settings = driving_options.drive_settings(args, world_of(searched))
+    settings = _settings(args, searched)
     check_room([scenario], settings)
     known = driving_options.controllers_known_from(searched, args)
     controllers = driving_options.listed_controllers(args.controller, known)
@@ -91,6 +93,15 @@ def run(args: argparse.Namespace) -> int:
     if args.show:
         show_animation(episode, settings.environment.robot, seen)
     return 0
+
+
+def _settings(args: argparse.Namespace, searched: LoadedRun | None) -> DriveSettings:
+    """Return the world and navigation of the options, of the run whose maps are used, and of BARN's rules."""
+    settings = driving_options.drive_settings(args, world_of(searched))
+    if barn_source([args.map]) is None:
+        return settings
+    driving_options.refuse_beside_barn(args)
+    return barn_settings(settings)
 
 
 def _look(seen: list[SeenCostmap], controller: Controller) -> None:

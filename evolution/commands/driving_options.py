@@ -8,6 +8,7 @@ from collections.abc import Sequence
 from controllers.learned import NO_CARD, read_card
 from controllers.nav2_params import NavigationParams, counterpart
 from controllers.releases import Release
+from evolution.benchmark import refuse_ruled
 from evolution.commands.console import note
 from evolution.commands.options import MESSAGE_OPTIONS, names_in, non_negative, positive, positive_number, seconds
 from evolution.commands.parameter_file import add_reading_options, describe_parameter_file, read_parameter_file
@@ -231,6 +232,16 @@ def resources_of(args: argparse.Namespace) -> Resources:
     """Return the resources that the options of :func:`add_resource_options` describe."""
     executor = args.executor if args.scheduler is None else f"{args.executor}={args.scheduler}"
     return Resources(workers=args.workers, executor=executor, wait_s=args.wait, run_timeout_s=args.run_timeout)
+
+
+def refuse_beside_barn(args: argparse.Namespace) -> None:
+    """Refuse the options of :func:`add_drive_options` that BARN's rules set.
+
+    Raises:
+        ConfigError: Naming the first of them.
+    """
+    given = {"robot": args.robot, "robot-radius": args.robot_radius, "time-limit": args.time_limit}
+    refuse_ruled({f"--{name}": value for name, value in (given | {"contact": args.contact}).items()})
 
 
 def drive_settings(args: argparse.Namespace, base: DriveSettings | None = None) -> DriveSettings:

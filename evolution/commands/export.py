@@ -15,7 +15,7 @@ from evolution.driving import ControllerSpec, DriveSettings
 from evolution.inputs import run_of
 from evolution.runs import experiment_in
 from evolution.search import DEFAULT_CONTROLLERS
-from gym_mapbench.mapio import load_maps, load_scenarios
+from gym_mapbench.mapio import TaskedMap, group_scenarios, load_maps, load_scenarios
 from gym_mapbench.mapio.conversion import write_maps
 from gym_mapbench.mapio.formats import WRITTEN
 from gym_mapbench.mapio.gazebo import export_gazebo
@@ -53,12 +53,16 @@ def add_parser(subparsers: argparse._SubParsersAction[argparse.ArgumentParser]) 
 
 def run(args: argparse.Namespace) -> int:
     """Write the files and print their number."""
-    if args.format == "gazebo":
-        written = _export_gazebo(args)
-    else:
-        written = write_maps(load_maps(args.source), args.out, args.format)
+    written = _export_gazebo(args) if args.format == "gazebo" else write_maps(_maps(args), args.out, args.format)
     console.print(f"wrote {len(written)} files to {args.out}")
     return 0
+
+
+def _maps(args: argparse.Namespace) -> list[TaskedMap]:
+    """Return the maps, with the start and goal of the command line in place of those of the files."""
+    if args.start is None and args.goal is None:
+        return load_maps(args.source)
+    return group_scenarios(load_scenarios(args.source, start=args.start, goal=args.goal))
 
 
 def _export_gazebo(args: argparse.Namespace) -> list[Path]:

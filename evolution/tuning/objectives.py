@@ -14,6 +14,7 @@ from evolution.driving import DriveSettings, RunResult
 from evolution.files import Row
 from gym_mapbench.env.task import distance_to_goal
 from gym_mapbench.errors import ConfigError, unknown_name
+from gym_mapbench.metrics.map_metrics import measure_map
 from gym_mapbench.world.scenario import Scenario
 
 FAILURE = 2.0
@@ -45,11 +46,11 @@ def scale_of(scenario: Scenario, settings: DriveSettings) -> Scale:
     """Return the scale of a map.
 
     Raises:
-        ConfigError: If the robot has no way to the goal.
+        ConfigError: If walls separate start and goal, or both are the same.
     """
     length = distance_to_goal(scenario, settings.robot).at(scenario.start.x, scenario.start.y)
-    if not 0 < length < float("inf"):
-        raise ConfigError(f"{scenario.name}: expected a map with a way to the goal, got none for this robot")
+    if length <= 0 or measure_map(scenario, settings.robot)["narrowest_passage"] <= 0:
+        raise ConfigError(f"{scenario.name}: expected a map with a way to the goal, got none")
     return Scale(length, length / settings.robot.max_linear_velocity, settings.time_limit)
 
 

@@ -58,10 +58,12 @@ def run_tuning(
         on_run: Called after each run with its job, its result, and the number of remaining runs of its batch.
 
     Raises:
-        ConfigError: If the directory holds something else, or another tuning was begun there.
+        ConfigError: If a map has no way to the goal, the directory holds something else, or another tuning was begun
+            there.
         RunError: If no worker starts, or nothing can be written.
     """
     text.with_values(plan.own)
+    _ = plan.scales  # refuses a map without a way to the goal before the directory is made
     TUNING.begin_or_resume(path, {"tuning": plan.document()}, itemgetter("tuning"), resume=resume)
     own = plan.jobs_with(None)
     with (

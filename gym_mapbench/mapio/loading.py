@@ -6,6 +6,7 @@ import logging
 import os
 import re
 from collections.abc import Sequence
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -170,7 +171,8 @@ def _with_task(path: str | Path, item: TaskedMap, start: PoseLike | None, goal: 
         missing = " and ".join(f"--{what}" for what, pose in (("start", first), ("goal", last)) if pose is None)
         raise ConfigError(f"{path}: no task is known for this map, give {missing} as x,y,yaw{_or_poses(path)}")
     bodies = task.bodies if task else ()
-    return TaskedMap(item.name, item.grid, (Task(as_pose("start", first), as_pose("goal", last), item.name, bodies),))
+    given = Task(as_pose("start", first), as_pose("goal", last), item.name, bodies)
+    return replace(item, tasks=(given,))
 
 
 def _or_poses(path: str | Path) -> str:

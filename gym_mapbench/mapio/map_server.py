@@ -148,12 +148,13 @@ def map_server_files(maps: Sequence[TaskedMap]) -> Files:
         ConfigError: If a name cannot be a file name or comes twice.
     """
     named = [(name, tasked.grid) for tasked in maps for name in _names(tasked)]
-    check_names("map", [name for name, _ in named])
+    tasks = [task for tasked in maps for task in tasked.tasks]
+    check_names("map", [name for name, _ in named], [f"{task.name}_poses" for task in tasks])
     files: Files = {}
     for name, grid in named:
         files[f"{name}.pgm"] = map_server_pgm(grid)
         files[f"{name}.yaml"] = map_server_yaml(grid, f"{name}.pgm")
-    for task in (task for tasked in maps for task in tasked.tasks):
+    for task in tasks:
         files[f"{task.name}_poses.yaml"] = poses_yaml([task.start, task.goal])
     return files
 

@@ -111,13 +111,18 @@ def read_scen_file(path: Path, shape: tuple[int, int]) -> list[ScenTask]:
     """Read the tasks of a ``.scen`` file for a map of ``(rows, cols)``.
 
     Raises:
-        MapFormatError: If a line is not as it should be, or a cell lies off the map.
+        MapFormatError: If a line is not as it should be, a cell lies off the map, or the tasks are on several maps.
     """
     lines = _scen_lines(path)
     if not lines or lines[0].split() not in (["version", "1"], ["version", "1.0"]):
         raise MapFormatError(f"{path}: expected 'version 1' in its first line, got {short(lines[0] if lines else '')}")
-    tasks = [(number, line) for number, line in enumerate(lines[1:], start=2) if line.strip()]
-    return [_parse_task(line, shape, f"{path}: line {number}") for number, line in tasks]
+    tasks = [(f"{path}: line {number}", line) for number, line in enumerate(lines[1:], start=2) if line.strip()]
+    parsed = [_parse_task(line, shape, where) for where, line in tasks]
+    names = [_map_name(line) for _, line in tasks]
+    for (where, _), name in zip(tasks, names, strict=True):
+        if name != names[0]:
+            raise MapFormatError(f"{where}: expected tasks on one map, {short(names[0])}, got {short(name)}")
+    return parsed
 
 
 def map_of_scen(path: Path) -> Path:
@@ -128,10 +133,10 @@ def map_of_scen(path: Path) -> Path:
     """
     if path.suffix.lower() != ".scen":
         raise MapFormatError(f"{path}: expected a .scen file, got {path.suffix or path.name}")
-    fields = next((line.split() for line in _scen_lines(path)[1:] if line.strip()), [])
-    if len(fields) < 2:
+    first = next((line for line in _scen_lines(path)[1:] if line.strip()), "")
+    if len(first.split()) < 2:
         raise MapFormatError(f"{path}: expected a task with the name of its map")
-    map_path = file_inside(path.parent, re.split(r"[/\\]", fields[1])[-1], f"{path}: map")
+    map_path = file_inside(path.parent, _map_name(first), f"{path}: map")
     if not os.path.isfile(map_path):
         raise MapFormatError(f"{path}: expected its map {map_path.name} beside it")
     return map_path
@@ -248,6 +253,11 @@ def _parse_task(line: str, shape: tuple[int, int], where: str) -> ScenTask:
         raise MapFormatError(f"{where}: expected cells on the map, got {ends}")
     optimal = as_number(f"{where}: optimum", fields[-1])
     return ScenTask((rows - 1 - y0, x0), (rows - 1 - y1, x1), optimal, _decimals(fields[-1]))
+
+
+def _map_name(line: str) -> str:
+    """Return the name of a task's map, without folders: all between the bucket and the last seven fields."""
+    return re.split(r"[/\\]", line.split(maxsplit=1)[1].rsplit(maxsplit=7)[0])[-1]
 
 
 def _decimals(number: str) -> int:

@@ -34,6 +34,8 @@ PosePair = tuple[Pose, Pose]
 def find_tests(map_path: Path) -> Path | None:
     """Return the file with the tests of ``FOLDER/map.yaml``; None if the map is not MRPB's."""
     folder = Path(map_path).absolute().parent
+    if map_path.name != MAP:
+        return None
     for file in (folder / CONFIG, folder / TASKS, folder.parent / TASKS):
         if os.path.isfile(file) and (file.name == CONFIG or folder.name in _read_tests(file)):
             return file

@@ -5,13 +5,21 @@ In: an :class:`Episode`, which a run records, or a scenario and a robot. Out: nu
 """
 
 from gym_mapbench.metrics.episode import RECOVERY_KINDS, Episode, Event, Outcome
-from gym_mapbench.metrics.run_metrics import ALWAYS, METRICS, MORE_IS_BETTER, measure, score_barn
+from gym_mapbench.metrics.run_metrics import (
+    ALWAYS,
+    METRICS,
+    MORE_IS_BETTER,
+    WEIGHTED_BY_SUCCESS,
+    measure,
+    score_barn,
+)
 
 __all__ = [
     "ALWAYS",
     "METRICS",
     "MORE_IS_BETTER",
     "RECOVERY_KINDS",
+    "WEIGHTED_BY_SUCCESS",
     "Episode",
     "Event",
     "Outcome",

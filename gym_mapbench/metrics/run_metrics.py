@@ -100,9 +100,9 @@ def spl(episode: Episode) -> float:
 
 
 def barn_score(episode: Episode) -> float:
-    """BARN's score with the robot's own top speed and the geodesic distance, 0 to 1/2."""
+    """BARN's score with the robot's own top speed, the geodesic distance and the whole time of the run, 0 to 1/2."""
     optimal = shortest_length(episode) / episode.robot.max_linear_velocity
-    return score_barn(episode.success, episode.time, optimal)
+    return score_barn(episode.success and n_contacts(episode) == 0, episode.time, optimal)
 
 
 def motion_start(episode: Episode) -> float:
@@ -154,6 +154,9 @@ ALWAYS = tuple(function.__name__ for function in _FUNCTIONS)
 
 MORE_IS_BETTER = frozenset({"min_clearance", "mean_clearance", "spl", "barn_score", "min_distance_to_people"})
 """Names of the metrics of which a larger value is the better one."""
+
+WEIGHTED_BY_SUCCESS = frozenset({"spl", "barn_score"})
+"""Names of the metrics that are 0 for a failure; their mean is that of all runs, not of those that reached the goal."""
 
 
 def measure(episode: Episode, also: Iterable[str] = ()) -> dict[str, float]:

@@ -164,6 +164,7 @@ def test_studies_are_tables(study_path):
         (lambda folder: bench(OFFICE, "mpi"), "did you mean 'mppi'"),
         (lambda folder: bench(OFFICE, "rpp", nois="nominal"), "nois"),
         (lambda folder: bench([OFFICE, "barn:there"], "rpp"), "expected no other map beside it"),
+        (lambda folder: bench("barn:there", "rpp", robot="jackal"), "robot: expected none beside barn:DIR"),
         (lambda folder: bench(OFFICE, "rpp", resume=True), "resume: expected the directory of a benchmark"),
         (
             lambda folder: bench(OFFICE, "rpp", resume=True, out=folder),

@@ -29,6 +29,20 @@ def test_cells_and_tasks_have_y_down(tiny, name):
     assert first.map is second.map
 
 
+def test_the_name_of_a_map_may_hold_spaces(tiny):
+    (tiny / "tiny.map").rename(tiny / "my tiny.map")
+    scen = tiny / "tiny.map.scen"
+    scen.write_text(MOVINGAI_SCEN.replace("maps/tiny.map", "maps/my tiny.map"))
+    assert [scenario.name for scenario in load_scenarios(scen)] == ["my tiny_0", "my tiny_1"]
+
+
+def test_tasks_on_several_maps_are_refused(tiny):
+    first, _, second = MOVINGAI_SCEN.rpartition("maps/tiny.map")
+    (tiny / "tiny.map.scen").write_text(f"{first}maps/other.map{second}")
+    with pytest.raises(MapFormatError, match=r"line 3: expected tasks on one map, 'tiny\.map', got 'other\.map'"):
+        load_maps(tiny / "tiny.map.scen")
+
+
 def test_resolution_scales_the_world(tiny):
     (scenario, _) = load_scenarios(tiny / "tiny.map", resolution=0.5)
     assert scenario.start[:2] == (0.75, 1.25)

@@ -49,6 +49,14 @@ def test_maps_of_others_are_not_given_tests(maze):
     assert load_maps(maze)[0].tasks == ()
 
 
+@pytest.mark.parametrize("text", [MRPB_CONFIG, "robot=waffle"])
+def test_a_map_of_another_name_is_not_mrpbs(maze, text):
+    maze.with_name("config.txt").write_text(text)
+    other = maze.rename(maze.with_name("office.yaml"))
+    (tasked,) = load_maps(other)
+    assert (tasked.name, tasked.tasks) == ("office", ())
+
+
 @pytest.mark.parametrize(
     "text",
     [

@@ -87,6 +87,10 @@ def test_failures_score_nothing():
     assert (values["spl"], values["barn_score"]) == (0.0, 0.0)
 
 
+def test_barn_scores_no_run_with_a_contact():
+    assert measure(run(straight(), events=[Event(0.5, "contact")]))["barn_score"] == 0.0
+
+
 def test_events_are_counted():
     kinds = ["replan", "replan", "spin", "clear_local", "backup", "replan_failure", "contact"]
     values = measure(run(straight(), events=[Event(0.1 * i, kind) for i, kind in enumerate(kinds)]))

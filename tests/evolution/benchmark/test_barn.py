@@ -8,7 +8,15 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 
-from evolution.benchmark.barn import barn_settings, correlation_with, load_barn, reference_of, refined, score_runs
+from evolution.benchmark.barn import (
+    barn_settings,
+    correlation_with,
+    load_barn,
+    official_lengths,
+    reference_of,
+    refined,
+    score_runs,
+)
 from evolution.benchmark.runs import bench
 from evolution.driving.jobs import ControllerSpec, JobPlan, RunResult
 from evolution.driving.worker import DriveSettings
@@ -45,7 +53,7 @@ def test_scores_by_hand():
     def scored(outcome, time, low=2.0):
         result = RunResult(outcome, time, 10.0, metrics={"motion_start": 0.5})
         answers = SimpleNamespace(run=lambda jobs, _: [result for _ in jobs])
-        return score_runs(bench([scenarios["world_42"]], plan, answers), source, low)[0]
+        return score_runs(bench([scenarios["world_42"]], plan, answers), official_lengths(source), low)[0]
 
     assert scored("goal", 0.5).score == pytest.approx(1 / 2)
     assert scored("goal", 1e6).score == pytest.approx(1 / 8)

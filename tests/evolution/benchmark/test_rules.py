@@ -11,7 +11,8 @@ NAMES = ("dwb", "my.mppi")
 
 
 def run(controller, outcome, time_s, recoveries):
-    return {"map": "a", "controller": controller, "outcome": outcome, "time_s": time_s, "n_recoveries": recoveries}
+    measures = {"n_recoveries": recoveries, "spl": None if outcome == "error" else float(outcome == "goal")}
+    return {"map": "a", "controller": controller, "outcome": outcome, "time_s": time_s, **measures}
 
 
 ROWS = [
@@ -37,6 +38,7 @@ ROWS = [
         ("my.mppi.timeouts!=0", "my.mppi.timeouts!=0: my.mppi 1"),
         ("my.mppi.recoveries==4", "my.mppi.recoveries==4: my.mppi 4"),  # an error counts no recoveries
         ("dwb.n_recoveries>=1", "dwb.n_recoveries>=1: dwb 1"),  # a metric
+        ("spl<0.8", "spl<0.8: dwb 0.75, my.mppi 0"),  # a failure counts 0, an error not at all
         ("errors>1", None),
         ("my.mppi.success<dwb.success", "my.mppi.success<dwb.success: my.mppi 0, dwb 0.75"),
         ("dwb.success < my.mppi.success", None),
@@ -45,6 +47,12 @@ ROWS = [
 )
 def test_worked_examples(rule, line):
     assert broken([read_rule(rule, NAMES)], runs_by_controller(ROWS, NAMES)) == ([] if line is None else [line])
+
+
+def test_labels_may_hold_spaces():
+    rule = read_rule(" my params.success < the old.success ", ("my params", "the old"))
+    assert (rule.owners, rule.measure, rule.sign) == (("my params",), "success", "<")
+    assert rule.limit == ("the old", "success")
 
 
 @pytest.mark.parametrize(

@@ -14,6 +14,7 @@ import pytest
 from PIL import Image
 
 from controllers.nav2_params import read_nav2_params
+from evolution.api import bench
 from evolution.cli import build_parser, main, start
 from evolution.commands import WITH_WORKERS
 from evolution.driving import DriveSettings, check_room
@@ -206,6 +207,39 @@ def test_barns_scores_say_that_the_global_costmap_knows_the_map(tmp_path, capsys
     said = capsys.readouterr().err
     assert "BARN rpp: " in said
     assert "--unknown-map" not in said
+
+
+@pytest.mark.usefixtures("fake_robot")
+def test_one_world_of_barn_is_scored_as_its_folder(tmp_path, capsys):
+    (tmp_path / "world_0.world").write_text(barn_world([(0, 0), (1, 0)]))
+    np.save(tmp_path / "path_0.npy", np.array([[15, 0], [15, 29]]))
+    for source in (f"barn:{tmp_path}", f"barn:{tmp_path / 'world_0.world'}"):
+        assert main(["bench", source, "--controllers", "rpp", "--workers", "1"]) == 0
+        assert "  world_0: " in capsys.readouterr().err
+
+
+@pytest.mark.parametrize("option", ["--robot jackal", "--robot-radius 1", "--time-limit 9", "--contact ends"])
+@pytest.mark.parametrize("command", [["bench"], ["drive", "--controller", "rpp"]])
+def test_options_that_barns_rules_set_are_refused_beside_it(tmp_path, capsys, command, option):
+    (tmp_path / "world_0.world").write_text(barn_world([(0, 0)]))
+    assert main([*command, f"barn:{tmp_path}", *option.split()]) == 2
+    assert f"{option.split()[0]}: expected none beside barn:DIR" in capsys.readouterr().err
+
+
+def test_a_single_run_on_a_world_of_barn_is_that_of_the_benchmark(tmp_path, capsys):
+    (tmp_path / "world_0.world").write_text(barn_world([(0, 0)]))
+    assert main(["drive", f"barn:{tmp_path}", "--controller", "rpp"]) == 0
+    (row,) = bench(f"barn:{tmp_path}", "rpp", workers=1).rows
+    assert f"rpp: goal after {row['time_s']:.2f} s" in capsys.readouterr().out
+
+
+@pytest.mark.usefixtures("fake_robot")
+def test_a_missing_path_of_barn_is_told_before_the_runs(tmp_path, capsys):
+    (tmp_path / "world_0.world").write_text(barn_world([(0, 0)]))
+    assert main(["bench", f"barn:{tmp_path}", "--controllers", "rpp", "--workers", "1"]) == 2
+    said = capsys.readouterr()
+    assert "expected its published path (path_0.npy) nearby" in said.err
+    assert said.out == ""
 
 
 @pytest.mark.usefixtures("fake_robot")

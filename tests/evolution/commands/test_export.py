@@ -13,6 +13,7 @@ from evolution.cli import build_parser, main
 from evolution.commands.driving_options import drive_settings
 from evolution.driving import DriveSettings
 from gym_mapbench.errors import ConfigError
+from gym_mapbench.mapio import load_scenarios
 from gym_mapbench.mapio.runner_results import COLUMNS
 
 EXAMPLES = Path(__file__).resolve().parents[3] / "examples"
@@ -37,6 +38,14 @@ def test_a_bundle_is_of_the_release_whose_parameters_drive(tmp_path, preset):
     assert tree.get("BTCPP_format") == (None if preset == "thesis" else "4")
     assert float(tree.find(".//BackUp").get("backup_speed")) == expected.bt.backup_speed
     assert tree.find(".//FollowPath").get("controller_id") == "mppi"
+
+
+@pytest.mark.parametrize(("form", "name"), [("map_server", "office.yaml"), ("mapset", "maps.mapset.json")])
+def test_a_start_and_goal_of_the_command_line_are_written(tmp_path, form, name):
+    argv = ["export", OFFICE, "--format", form, "--start", "0.8,2.2,0", "--goal", "2.5,2.2,0.1"]
+    assert main([*argv, "--out", str(tmp_path / "out")]) == 0
+    (scenario,) = load_scenarios(tmp_path / "out" / name)
+    assert (scenario.start, scenario.goal) == ((0.8, 2.2, 0.0), (2.5, 2.2, 0.1))
 
 
 def test_the_distribution_may_be_named_alone(tmp_path):

@@ -16,7 +16,8 @@ from evolution.report.tuning_page import report_of_tuning
 from evolution.tuning import load_tuning, sampling
 from gym_mapbench.errors import ConfigError
 from gym_mapbench.mapio import save_map_set
-from gym_mapbench.world.scenario import MapSet
+from gym_mapbench.world.gridmap import GridMap
+from gym_mapbench.world.scenario import MapSet, Pose, Scenario
 from tests.evolution.tuning import fakes
 
 pytestmark = pytest.mark.usefixtures("fake_tuning")
@@ -53,6 +54,15 @@ def test_the_page_has_verdict_replays_tables_and_the_file(done):
     assert 'download="nav2_params.yaml"' in page
     assert '"controllers":["own","tuned"]' in page
     assert page == write_report(done).read_text()
+
+
+def test_a_map_without_a_way_to_the_goal_is_refused_before_anything_is_written(folder, tmp_path, capsys):
+    split = Scenario(GridMap.from_rows(["." * 20 + "#" + "." * 20] * 20, 0.1), Pose(1.0, 1.0), Pose(3.0, 1.0), "split")
+    save_map_set(MapSet((split,)), tmp_path / "split.json")
+    out = tmp_path / "out"
+    assert main(arguments(folder, "--out", str(out), train=str(tmp_path / "split.json"))) == 2
+    assert "split: expected a map with a way to the goal" in capsys.readouterr().err
+    assert not out.exists()
 
 
 def test_own_values_alone_are_not_said_to_be_compared(done):

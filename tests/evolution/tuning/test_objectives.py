@@ -43,6 +43,13 @@ def test_the_scale_is_the_shortest_path_at_maximum_speed():
     assert scale.failure == pytest.approx(60.0 / scale.time)
 
 
+def test_a_map_without_a_way_to_the_goal_is_refused():
+    grid = GridMap.from_rows(["." * 20 + "#" + "." * 20] * 20, 0.1)
+    world = DriveSettings(navigation="thesis")
+    with pytest.raises(ConfigError, match="split: expected a map with a way to the goal"):
+        scale_of(Scenario(grid, Pose(1.0, 1.0), Pose(3.0, 1.0), "split"), world)
+
+
 def test_requirements_by_hand():
     rows = [
         {"outcome": "goal", "time_s": 10.0, "min_clearance": 0.2},
