@@ -34,7 +34,7 @@ from controllers.nav2_params.migration_rules import (
 from controllers.nav2_params.migration_work import Work, children, controllers_in, listed
 from controllers.nav2_params.monitor_migration import NODE as MONITOR
 from controllers.nav2_params.monitor_migration import migrate_monitor
-from controllers.nav2_params.nodes import Node, all_nodes
+from controllers.nav2_params.nodes import Node, all_nodes, is_of_nav2
 from controllers.nav2_params.older import OLD_NODES
 from controllers.nav2_params.recognition import recognise
 from controllers.nav2_params.signs import kilted_key
@@ -129,7 +129,7 @@ def _migrate_node(
 def _migrate_entry(work: Work, full: str, node: str, entry: Entry) -> None:
     """Migrate one parameter by the rules for its node."""
     for rename in RENAMES[work.target]:
-        applies = work.source in rename.sources and fnmatchcase(node, rename.node)
+        applies = work.source in rename.sources and _is_for(rename.node, node)
         if applies and fnmatchcase(entry.name, rename.old):
             _rename(work, full, entry, rename)
             return
@@ -149,8 +149,13 @@ def _is_unknown(work: Work, node: str, entry: Entry) -> bool:
         return True
     lyricals = LYRICALS if work.source == "lyrical" != work.target else {}
     of_nodes = [*UNKNOWN[work.target].items(), *lyricals.items()]
-    patterns = [pattern for name, patterns in of_nodes if fnmatchcase(node, name) for pattern in patterns]
+    patterns = [pattern for name, patterns in of_nodes if _is_for(name, node) for pattern in patterns]
     return any(fnmatchcase(entry.name, pattern) for pattern in patterns)
+
+
+def _is_for(pattern: str, node: str) -> bool:
+    """Whether a rule is for a node; a rule for every node is for those of Nav2."""
+    return is_of_nav2(node) if pattern == "*" else fnmatchcase(node, pattern)
 
 
 def _trim_tree_plugins(work: Work, full: str, entry: Entry) -> None:

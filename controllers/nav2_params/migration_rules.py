@@ -1,4 +1,4 @@
-"""The rules by which a node's parameters are migrated, as data.
+"""The rules by which a node's parameters are migrated, as data; ``*`` stands for every node of Nav2.
 
 Source: Nav2's migration guides.
 """
@@ -35,10 +35,7 @@ SINCE_HUMBLE = (
     Rename("bt_navigator", "default_bt_xml_filename", "default_nav_to_pose_bt_xml"),
     Rename("controller_server", "goal_checker_plugin", "goal_checker_plugins", True),
     Rename("recoveries_server", "recovery_plugins", "behavior_plugins"),
-    *(
-        Rename(node, "transform_timeout", "transform_tolerance")
-        for node in ("recoveries_server", "behavior_server", "bt_navigator", "*_costmap")
-    ),
+    Rename("*", "transform_timeout", "transform_tolerance"),
     Rename("*_costmap", "*.obstacle_range", "obstacle_max_range"),
     Rename("*_costmap", "*.raytrace_range", "raytrace_max_range"),
     Rename("controller_server", "*.max_allowed_time_to_collision", "max_allowed_time_to_collision_up_to_carrot"),

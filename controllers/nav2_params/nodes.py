@@ -77,6 +77,16 @@ def all_nodes(document: object) -> list[Node]:
     return [Node(*found) for found in _walk(document, ())]
 
 
+def is_of_nav2(name: str) -> bool:
+    """Whether a node is one of Nav2's, or a wildcard that stands for these as well."""
+    return (
+        OLD_NODES.get(name, name) in SECTIONS
+        or name in keys.ROS_ONLY_NODES
+        or name.endswith((*keys.INNER_NODES, *keys.FILTER_NODES))
+        or "*" in name
+    )
+
+
 def find_sections(nodes: list[Node], findings: Findings) -> dict[str, Section]:
     """Open the sections that are read; all other nodes become findings.
 

@@ -33,7 +33,7 @@ from evolution.training.directory import (
     load_training,
 )
 from evolution.training.evaluation import Judgement, judge
-from evolution.training.levels import EVERY_FIFTH, GivenLevels, Levels, RandomLevels, ReplayedLevels, split
+from evolution.training.levels import EVERY_FIFTH, GivenLevels, Levels, RandomLevels, ReplayedLevels, is_split, split
 from evolution.training.record import Recorder, TrainProgress
 from evolution.training.settings import TrainSettings
 from gym_mapbench.env.scenario_source import draw_scenario, is_planned
@@ -63,6 +63,8 @@ def begin_training(
     """
     check_model(settings)
     _check_maps(settings, (*maps, *curriculum))
+    _check_held_out(maps, curriculum)
+    _check_held_out(curriculum, maps)
     return TrainingDir.create(path, settings, maps, curriculum)
 
 
@@ -93,6 +95,16 @@ def _check_maps(settings: TrainSettings, scenarios: Sequence[Scenario]) -> None:
         check_clearance(scenario, settings.world.robot)
         if not is_planned(settings.world, scenario):
             raise ConfigError(f"{scenario.name}: expected a map on which the planner finds the observed path, got none")
+
+
+def _check_held_out(scenarios: Sequence[Scenario], others: Sequence[Scenario]) -> None:
+    """Refuse scenarios of which one is held out that is trained on among the others."""
+    trained = {one.digest for one in split(others)[0]}
+    for one in split(scenarios)[1] if is_split(scenarios) else ():
+        if one.digest in trained:
+            raise ConfigError(
+                f"maps and curriculum: expected no map that one holds out and the other trains on, got {one.name}"
+            )
 
 
 def _go_on(directory: TrainingDir, on_progress: Callable[[TrainProgress], None] | None) -> None:

@@ -18,6 +18,7 @@ from evolution.validation.measures import Cases, Measure
 from evolution.validation.oracle import Oracle, Preset
 from evolution.validation.setup import KINDS, make_follower, navigation_of, robot_of
 from gym_mapbench.env.config import EnvConfig
+from gym_mapbench.errors import RunError
 from gym_mapbench.metrics.episode import Episode
 from gym_mapbench.world.gridmap import GridMap
 from gym_mapbench.world.scenario import Scenario
@@ -81,7 +82,11 @@ class DrivenRun:
 
 
 def drive_recorded(oracle: Oracle, workers: int) -> list[DrivenRun]:
-    """Re-run every recorded run of our controllers; the results are the same for any number of workers."""
+    """Re-run every recorded run of our controllers; the results are the same for any number of workers.
+
+    Raises:
+        RunError: If a run takes too long.
+    """
     tasks = [
         RunTask(oracle.directory, preset.name, index)
         for preset in oracle.presets
@@ -89,7 +94,11 @@ def drive_recorded(oracle: Oracle, workers: int) -> list[DrivenRun]:
         if record["controller"] in KINDS
     ]
     with EXECUTORS.get("processes")(WorkerSetup(workers, RUN_TIMEOUT_SECONDS, warm_up)) as pool:
-        return list(pool.map(drive_again, tasks))
+        try:
+            return list(pool.map(drive_again, tasks))
+        except TimeoutError:
+            limit = f"{RUN_TIMEOUT_SECONDS:g} s"
+            raise RunError(f"{oracle.directory}: expected runs of at most {limit}, got one that takes longer") from None
 
 
 def closed_loop_measures(driven: Sequence[DrivenRun]) -> list[Measure]:

@@ -109,11 +109,12 @@ def test_a_file_of_jazzy_becomes_one_of_lyrical(migrate):
 
 @pytest.mark.parametrize("target", ["humble", "jazzy", "lyrical"])
 def test_other_nodes_keep_their_parameters(migrate, target):
-    """slam_toolbox has a transform_timeout of its own; Nav2's was renamed before Humble."""
-    other = "slam_toolbox:\n  ros__parameters: {transform_timeout: 0.2}\n"
+    """slam_toolbox has a transform_timeout of its own; drivers of robots have an enable_stamped_cmd_vel, too."""
+    own_names = {"transform_timeout": 0.2, "enable_stamped_cmd_vel": True, "action_server_result_timeout": 3.0}
+    other = yaml.safe_dump({"slam_toolbox": {"ros__parameters": own_names}})
     own = "recoveries_server:\n  ros__parameters: {transform_timeout: 0.1}\n"
     text = migrate(f"{JAZZY}{other}{own}", target).text
-    assert parameters(text, "slam_toolbox") == {"transform_timeout": 0.2}
+    assert parameters(text, "slam_toolbox") == own_names
     assert parameters(text, "behavior_server") == {"transform_tolerance": 0.1}
 
 

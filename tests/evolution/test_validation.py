@@ -5,17 +5,21 @@ from __future__ import annotations
 import json
 import math
 import shutil
+from concurrent.futures import ThreadPoolExecutor
+from pathlib import Path
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
 
 from evolution.cli import main
-from evolution.validation.closed_loop import DrivenRun, RunTask, closed_loop_measures, drive_again
+from evolution.driving import EXECUTORS
+from evolution.validation.closed_loop import DrivenRun, RunTask, closed_loop_measures, drive_again, drive_recorded
 from evolution.validation.measures import Cases, Measure
 from evolution.validation.mppi_units import mppi_measures
 from evolution.validation.oracle import Oracle
 from evolution.validation.units import costmap_measures, dwb_measures, navfn_measures, other_measures, rpp_measures
-from gym_mapbench.errors import MapFormatError
+from gym_mapbench.errors import MapFormatError, RunError
 from tests.oracle_data import JAZZY_ORACLE, ORACLE, needs_jazzy_oracle, needs_oracle
 
 
@@ -241,3 +245,18 @@ def test_a_release_that_is_not_built_is_refused(spoilt):
     file.write_text(file.read_text().replace('"humble"', '"rolling"'))
     with pytest.raises(MapFormatError, match="expected humble or jazzy or lyrical, got 'rolling'"):
         Oracle(spoilt)
+
+
+def test_a_run_that_takes_too_long_is_named(monkeypatch):
+    def late(task):
+        raise TimeoutError
+
+    monkeypatch.setitem(EXECUTORS._entries, "processes", lambda setup: ThreadPoolExecutor(setup.workers))
+    monkeypatch.setattr("evolution.validation.closed_loop.drive_again", late)
+    recorded = SimpleNamespace(
+        directory=Path("recorded"),
+        presets=[SimpleNamespace(name="A")],
+        runs=lambda preset: [{"controller": "RPP"}],
+    )
+    with pytest.raises(RunError, match="recorded: expected runs of at most 300 s, got one that takes longer"):
+        drive_recorded(recorded, 1)

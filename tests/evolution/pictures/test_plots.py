@@ -7,6 +7,7 @@ import io
 import numpy as np
 import pytest
 from matplotlib.axes import Axes
+from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.figure import Figure
 from PIL import Image
 
@@ -48,6 +49,15 @@ def test_a_figure_is_drawn_once_for_a_file_of_the_same_bytes(tmp_path, monkeypat
     assert len(drawn) == 2 * 2
     monkeypatch.setattr(OnceDrawnFigure, "draw", Figure.draw)
     assert saved("twice") == once
+
+
+def test_a_canvas_draws_a_figure_that_is_not_saved():
+    figure, (axes,) = new_figure()
+    axes.plot([1, 2], [1, 3], color="red")
+    canvas = FigureCanvasAgg(figure)
+    canvas.draw()
+    red, green, _ = np.moveaxis(np.asarray(canvas.buffer_rgba())[..., :3], 2, 0)
+    assert ((red > 200) & (green < 50)).any()
 
 
 def legend(figure):

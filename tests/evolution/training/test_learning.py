@@ -314,6 +314,13 @@ class TestRefused:
         with pytest.raises(RunError, match="not a training directory"):
             train(resume=tmp_path)
 
+    def test_maps_that_are_held_out_and_trained_on(self, tmp_path):
+        first, *others = maps = rooms(5)
+        for options in ({"maps": maps, "curriculum": others}, {"maps": [*others, first], "curriculum": maps}):
+            with pytest.raises(ConfigError, match="one holds out and the other trains on, got random"):
+                train("ppo", config=small(), out=tmp_path / "run", **options)
+        assert not (tmp_path / "run").exists()
+
     def test_other_options_beside_resume(self, tmp_path):
         with pytest.raises(ConfigError, match="resume: expected no other option, got steps"):
             train(resume=tmp_path, steps=5)
