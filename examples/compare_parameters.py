@@ -3,8 +3,8 @@
     python compare_parameters.py                            this folder's hall.yaml and nav2_params.yaml
     python compare_parameters.py MAP.yaml A.yaml B.yaml     yours
 
-Shows: what MapBench reads of a `nav2_params.yaml`, and how to tell a difference from chance: both files drive with the
-same noise, so each run has a twin.
+Shows: what MapBench reads of a `nav2_params.yaml`, and how to tell a difference from chance: the runs
+of both files have the same noise in pairs.
 Takes: about a minute on two cores; the first time on a machine about a minute more, for compiling.
 Comes out: for each controller of the files, goals and times with either, and the difference with its 95 % interval.
 """

@@ -5,8 +5,8 @@ Takes: about a minute on two cores; the first time on a machine about a minute m
 Comes out: `runs/two_controllers` with the set, its figures and every run, and `runs/two_controllers_bundle`, a package
 for colcon whose README says how to start it.
 
-The command does the same: `mapbench evolve --config two.yaml --out DIR`, `mapbench bench DIR --repeats 10`,
-`mapbench export DIR --format gazebo --out BUNDLE`.
+The commands do the same, with the options below in a file: `mapbench evolve --config FILE --out DIR`,
+`mapbench bench DIR --repeats 10 --seed 1000`, `mapbench export DIR --format gazebo --out PACKAGE`.
 """
 
 import os

@@ -5,7 +5,8 @@ Pure Pursuit and DWB with noise, and what its result holds.
 Takes: half a minute on two cores; the first time on a machine about a minute more, for compiling.
 Comes out: a table, and a sentence for each controller with 95 % intervals.
 
-The command does the same: `mapbench bench hall.yaml office.yaml --controllers rpp,dwb,mine=own_controller:careful`
+The command does the same in this folder: `mapbench bench hall.yaml office.yaml --controllers
+rpp,dwb,mine=own_controller:careful --params fair --noise nominal --repeats 5 --time-limit 120 --contact slides`.
 """
 
 import os

@@ -2,7 +2,7 @@
 
 Shows: `train`, the learning curve it keeps, and `bench` with a learned policy; `pip install "gym-mapbench[rl]"` first.
 Takes: about ten minutes on two cores. That is a beginning, not a good policy: see `mapbench train --help`.
-Comes out: `runs/train_and_judge` with the model, its curve and a figure, and success on fresh maps with 95 % intervals.
+Comes out: `runs/train_and_judge` with the model, its curve and figure, success on held-out maps with 95 % intervals.
 """
 
 import os

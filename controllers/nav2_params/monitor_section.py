@@ -22,10 +22,8 @@ from controllers.releases import Release
 from gym_mapbench.errors import ConfigError
 from gym_mapbench.ros_params import Keys, Section
 
-FLAT_LEAST = 8
-"""Least number of values in Humble's flat list of points: those of four corners."""
-CORNERS_LEAST = 3
-"""Least number of corners in the text of later releases."""
+CORNERS_LEAST = 4
+"""Least number of corners with which the monitor of any release starts; its message says three."""
 _OF_ACTIONS: Mapping[str, frozenset[str]] = {
     "slowdown": frozenset({"slowdown_ratio"}),
     "limit": frozenset({"linear_limit", "angular_limit"}),
@@ -148,7 +146,7 @@ def _read_points(group: Section, values: dict[str, Any]) -> None:
 
 def as_flat(value: object) -> list[list[float]] | None:
     """Return the corners of Humble's flat list; None if it is no such list."""
-    if not isinstance(value, (list, tuple)) or len(value) < FLAT_LEAST or len(value) % 2:
+    if not isinstance(value, (list, tuple)) or len(value) < 2 * CORNERS_LEAST or len(value) % 2:
         return None
     return [[value[i], value[i + 1]] for i in range(0, len(value), 2)] if _are_numbers(value) else None
 
@@ -166,8 +164,8 @@ def as_text(value: object) -> list[list[float]] | None:
 
 
 FORMS: Mapping[object, str] = {
-    as_flat: "a list [x1, y1, x2, y2, ...] of at least 4 corners",
-    as_text: "a text '[[x1, y1], [x2, y2], ...]' of at least 3 corners",
+    as_flat: f"a list [x1, y1, x2, y2, ...] of at least {CORNERS_LEAST} corners",
+    as_text: f"a text '[[x1, y1], [x2, y2], ...]' of at least {CORNERS_LEAST} corners",
 }
 
 
@@ -207,8 +205,7 @@ def _write_polygon(polygon: MonitorPolygon, release: Release) -> dict[str, Any]:
 
 
 def write_corners(corners: Sequence[Sequence[float]], release: Release) -> list[float] | str:
-    """Return corners in the form of a release; Humble wants four, so a triangle gets its last corner twice."""
-    if release == "humble":
-        repeated = corners[-1:] if len(corners) == CORNERS_LEAST else ()
-        return [value for corner in (*corners, *repeated) for value in corner]
-    return str([list(corner) for corner in corners])
+    """Return corners in the form of a release; the monitor wants four, so a triangle gets its last corner twice."""
+    repeated = corners[-1:] if len(corners) < CORNERS_LEAST else ()
+    whole = [list(corner) for corner in (*corners, *repeated)]
+    return [value for corner in whole for value in corner] if release == "humble" else str(whole)

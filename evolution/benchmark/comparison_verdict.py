@@ -33,16 +33,28 @@ def _of_sweep(comparison: ParameterComparison) -> list[str]:
     more slow maps a side fails.
     """
     rows = comparison.table()
-    often = max(rows, key=lambda row: row["success"])
     timed = [pair for pair in comparison.pairs if pair["time_ratio"] is not None]
-    found = [f"{often['configuration']} reaches the goal most often, in {often['goals']} of {often['runs']} runs."]
+    found = [_most_goals(rows)]
     if timed:
         fast = min(timed, key=lambda pair: pair["time_ratio"])
         found.append(_fastest(fast["first"], fast["second"], fast["time_ratio"]))
     shown = [pair for pair in comparison.pairs if _differ(pair)]
     if not shown:
-        found.append(f"No other values are shown to differ from {rows[0]['configuration']}.")
+        found.append(f"No value is shown to differ from {rows[0]['configuration']}.")
     return [*found, *(_headline(pair["first"], pair["second"], pair) for pair in shown)]
+
+
+def _most_goals(rows: Sequence[Row]) -> str:
+    """Say which of the values of a sweep reach the goal most often."""
+    most = max(row["success"] for row in rows)
+    best = [row for row in rows if row["success"] == most]
+    counted = f"in {best[0]['goals']} of {best[0]['runs']} runs"
+    if len(best) == 1:
+        return f"{best[0]['configuration']} reaches the goal most often, {counted}."
+    if len(best) == len(rows):
+        return f"All values reach the goal equally often, {counted}."
+    named = " and ".join(row["configuration"] for row in best) if len(best) <= MOST_MAPS else f"{len(best)} values"
+    return f"{named} reach the goal most often, each {counted}."
 
 
 def _fastest(own: str, other: str, ratio: float) -> str:
@@ -104,8 +116,9 @@ def _time(a: str, b: str, pair: Row) -> list[str]:
     interval = (
         "" if pair["ratio_low"] is None else f"95 % interval {pair['ratio_low']:.3f} to {pair['ratio_high']:.3f}, "
     )
+    pairs = "one pair" if pair["both"] == 1 else f"{pair['both']} pairs"
     return [
-        f"In the {pair['both']} pairs of runs in which both reach the goal, {b} takes {pair['time_ratio']:.3f} times "
+        f"In the {pairs} of runs in which both reach the goal, {b} takes {pair['time_ratio']:.3f} times "
         f"as long as {a} ({interval}{_p(pair['p_time_holm'])})."
     ]
 

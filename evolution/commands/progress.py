@@ -8,6 +8,7 @@ from types import TracebackType
 from typing import Self
 
 from rich.progress import BarColumn, MofNCompleteColumn, Progress, ProgressColumn, Task, TextColumn, TimeRemainingColumn
+from rich.table import Column
 from rich.text import Text
 
 from evolution.commands.console import errors, note, notes, say
@@ -20,6 +21,8 @@ SLOW = 0.5
 """Runs a second below which they are counted by the minute."""
 
 COMPILING = "compiling, once per machine, about a minute"
+BAR_WIDTH = 16
+"""Characters of a bar, so that numbers and time fit beside it on a terminal of 80 columns."""
 SECONDS_PER_LINE = 20.0
 """How often a file or pipe, where no bar is seen, gets a line about the runs."""
 
@@ -37,14 +40,21 @@ class TimeColumn(TimeRemainingColumn):
 class PlainColumn(TextColumn):
     """A column of a bar without markup."""
 
-    def __init__(self, text: str) -> None:
-        super().__init__(text, markup=False)
+    def __init__(self, text: str, column: Column | None = None) -> None:
+        super().__init__(text, markup=False, table_column=column)
 
     def render(self, task: Task) -> Text:
         """Return the text of the column."""
         shown = super().render(task)
         shown.plain = visible(shown.plain)
         return shown
+
+
+class StateColumn(PlainColumn):
+    """Shows the text field ``state``, in the room that the other columns leave; the rest of it is cut off."""
+
+    def __init__(self) -> None:
+        super().__init__("{task.fields[state]}", Column(no_wrap=True, overflow="ellipsis", ratio=1))
 
 
 def best_in_words(fitness: float) -> str:
@@ -82,15 +92,16 @@ class Bar:
     Args:
         what: Shown before the bar.
         total: Amount of work.
-        columns: Shown after it; they may show the text field ``state``.
+        columns: Shown after it, one of them a ``StateColumn``.
     """
 
     def __init__(self, what: str, total: float | None, *columns: ProgressColumn) -> None:
         self.bar = Progress(
             PlainColumn("{task.description}"),
-            BarColumn(),
+            BarColumn(BAR_WIDTH),
             *columns,
             console=notes,
+            expand=True,
             disable=notes.quiet or not notes.is_terminal,
         )
         self.compiled = is_compiled()
@@ -119,8 +130,7 @@ class WorkBar(Bar):
     def __init__(self, what: str, total: int | None = None) -> None:
         self.speed = RunsPerSecond()
         self.told = self.speed.began
-        state = PlainColumn("{task.fields[state]}")
-        super().__init__(what, total, MofNCompleteColumn(), state, TimeColumn())
+        super().__init__(what, total, MofNCompleteColumn(), StateColumn(), TimeColumn())
 
     def tell(self, line: str) -> None:
         """Print a line where there is no bar, unless the last one is not long ago."""

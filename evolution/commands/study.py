@@ -9,7 +9,7 @@ from rich.progress import TaskProgressColumn
 from evolution.api import study
 from evolution.commands import driving_options, options
 from evolution.commands.console import console, note, print_table, say
-from evolution.commands.progress import Bar, PlainColumn, RunsPerSecond, best_in_short, best_in_words
+from evolution.commands.progress import Bar, RunsPerSecond, StateColumn, best_in_short, best_in_words
 from evolution.driving import Job, RunResult
 from evolution.files import Row, Table
 from evolution.report import write_report
@@ -122,7 +122,7 @@ class StudyBar(Bar):
 
     def __init__(self, name: str) -> None:
         self.speed = RunsPerSecond()
-        super().__init__(name, 1.0, TaskProgressColumn(), PlainColumn("{task.fields[state]}"))
+        super().__init__(name, 1.0, TaskProgressColumn(), StateColumn())
 
     def show(self, progress: StudyProgress) -> None:
         """Show where the study stands."""

@@ -8,7 +8,7 @@ from typing import Any
 from evolution.api import train
 from evolution.commands import options
 from evolution.commands.console import console, print_table, say
-from evolution.commands.progress import Bar, PlainColumn, TimeColumn
+from evolution.commands.progress import Bar, StateColumn, TimeColumn
 from evolution.files import Row, Table
 from evolution.training import Training, TrainProgress, algorithm_names
 
@@ -90,7 +90,7 @@ class TrainBar(Bar):
     """A bar over the steps of a training on a terminal; a line for every evaluation elsewhere."""
 
     def __init__(self) -> None:
-        super().__init__("training", None, PlainColumn("{task.fields[state]}"), TimeColumn())
+        super().__init__("training", None, StateColumn(), TimeColumn())
         self._shown: Row | None = None
 
     def advance(self, progress: TrainProgress) -> None:

@@ -10,7 +10,7 @@ from evolution.api import tune
 from evolution.commands import driving_options, options
 from evolution.commands.console import console, note, only_results_on_stdout, print_table, say
 from evolution.commands.parameter_file import read_parameter_file
-from evolution.commands.progress import Bar, PlainColumn, RunsPerSecond
+from evolution.commands.progress import Bar, RunsPerSecond, StateColumn
 from evolution.driving import Job, ParameterFile, RunResult
 from evolution.report import write_report
 from evolution.tuning import OBJECTIVES, AgainstSettings, Trial, TuneSettings, Tuning
@@ -162,7 +162,7 @@ class TuneBar(Bar):
     def __init__(self, trials: int) -> None:
         self.speed = RunsPerSecond()
         self.trials = trials
-        super().__init__("tuning", trials, MofNCompleteColumn(), PlainColumn("{task.fields[state]}"))
+        super().__init__("tuning", trials, MofNCompleteColumn(), StateColumn())
 
     def on_trial(self, trial: Trial, runs: int) -> None:
         """Show a finished trial."""

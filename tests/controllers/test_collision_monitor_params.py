@@ -111,7 +111,8 @@ class TestReading:
             ("humble", {"Stop": stop("humble", points=FLAT[:6])}, r"Stop\.points: .*at least 4 corners"),
             ("jazzy", {"Stop": stop("humble")}, r"Stop\.points: expected a text .*Jazzy, got"),
             ("jazzy", {"Stop": stop(points="[[1, 2], [3")}, r"Stop\.points: expected a text"),
-            ("jazzy", {"Stop": stop(points="[[1, 2], [3, 4]]")}, r"Stop\.points: .*at least 3 corners"),
+            ("jazzy", {"Stop": stop(points="[[1, 0], [0, 1], [0, 0]]")}, r"Stop\.points: .*at least 4 corners"),
+            ("lyrical", {"Stop": stop(points="[[1, 0], [0, 1], [0, 0]]")}, r"Stop\.points: .*at least 4 corners"),
             (
                 "humble",
                 {"Stop": stop("humble", action_type="limit")},
@@ -204,8 +205,11 @@ def test_back_to_humble_what_it_does_not_start_with_goes(tmp_path, source):
         assert name in lost
 
 
-def test_a_triangle_gets_its_last_corner_twice_in_humble(tmp_path):
-    _, read = migrate(tmp_path, "jazzy", "humble", Stop=stop(points="[[1, 0], [0, 1], [0, -1]]"))
+@pytest.mark.parametrize("release", RELEASES)
+def test_a_triangle_gets_its_last_corner_twice(release):
+    triangle = MonitorPolygon(type="polygon", action_type="stop", points=((1, 0), (0, 1), (0, -1)))
+    navigation = NavigationParams(release=release, collision_monitor=CollisionMonitor(polygons={"Stop": triangle}))
+    read = parse_nav2_params(write_nav2_params(navigation), release=release)
     assert read.navigation.collision_monitor.polygons["Stop"].points == ((1, 0), (0, 1), (0, -1), (0, -1))
 
 

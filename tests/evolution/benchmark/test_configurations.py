@@ -54,6 +54,12 @@ def test_equal_sides_are_not_told_apart():
     assert keys == "The configurations differ in no key that MapBench reads."
 
 
+def test_one_pair_of_runs_is_singular():
+    rows = tuple(run(label, "m", "goal", 5.0) for label in "ab")
+    _, _, time, *_ = verdict_of_comparison(ParameterComparison(rows, ()))
+    assert time.startswith("In the one pair of runs in which both reach the goal, b takes 1.000 times as long as a")
+
+
 def test_several_controllers_are_compared_by_name():
     rows = tuple(run(label, "m", "goal", 5.0, name) for label in "ab" for name in ("dwb", "rpp"))
     found = ParameterComparison(rows, ())
@@ -225,6 +231,21 @@ def test_the_verdict_of_a_sweep_names_the_values_that_differ():
     assert often == "b reaches the goal most often, in 8 of 8 runs."
     assert fast == "Where both reach the goal, b takes 0.500 times as long as a, the least of all values."
     assert shown == "b is better than a: b reaches the goal more often."
+
+
+@pytest.mark.parametrize(
+    ("goals", "expected"),
+    [
+        ("abc", "All values reach the goal equally often, in 1 of 1 runs."),
+        ("bc", "b and c reach the goal most often, each in 1 of 1 runs."),
+        ("c", "c reaches the goal most often, in 1 of 1 runs."),
+    ],
+)
+def test_the_verdict_of_a_sweep_names_all_values_with_the_most_goals(goals, expected):
+    rows = tuple(run(label, "m", "goal" if label in goals else "timeout", 5.0) for label in "abc")
+    often, *_, shown, _ = verdict_of_comparison(ParameterComparison(rows, (), against_first=True))
+    assert often == expected
+    assert shown == "No value is shown to differ from a."
 
 
 def test_times_of_a_sweep_are_compared_where_both_reach_the_goal():

@@ -6,6 +6,7 @@ import argparse
 import io
 import logging
 import re
+from dataclasses import replace
 from types import SimpleNamespace
 
 import pytest
@@ -95,6 +96,19 @@ def test_a_bar_is_drawn_before_anybody_knows_how_much_there_is_to_do(terminal):
         bar.bar.refresh()
     shown = [line for line in lines(terminal) if "1/3" in line]
     assert "office rpp: controller_failure" in shown[-1]
+    assert max(map(len, shown)) <= 80
+
+
+def test_numbers_and_time_stay_whole_beside_a_long_state(terminal):
+    scenario = replace(load_scenarios(OFFICE)[0], name="a_map_of_a_long_name_as_of_a_minimal_one")
+    job = JobPlan((ControllerSpec(name="rpp"),), DriveSettings(navigation="thesis")).jobs(scenario)[0]
+    with WorkBar("minimization") as bar:
+        bar.advance(job, RunResult("controller_failure", 3.0, 1.0), 122)
+        bar.bar.refresh()
+    shown = [line.rstrip() for line in lines(terminal) if line.strip()]
+    assert all(line.startswith("minimization ") for line in shown)
+    assert "  1/123 a_map_of" in shown[-1]
+    assert shown[-1].endswith(("left", "so far"))
     assert max(map(len, shown)) <= 80
 
 
