@@ -100,5 +100,4 @@ def _replayed(atlas: Atlas, elite: Elite) -> ReplayedMap:
     repeat = atlas.settings.repeats
     episodes = [drive(plan.job(elite.scenario, number, repeat)) for number in range(len(plan.controllers))]
     sample = f"Medians of {atlas.settings.held_out_seeds} held-out seeds. Replay: the first of them."
-    radius = float(experiment.run.robot.radius)
-    return ReplayedMap(_title(atlas, elite), episodes, radius, elite.scenario.name, sample)
+    return ReplayedMap(_title(atlas, elite), episodes, elite.scenario.name, sample)

@@ -62,7 +62,6 @@ def write_benchmark_report(
 def report_of_benchmark(result: Benchmark, plan: JobPlan, arguments: Sequence[str], notes: Sequence[str]) -> Report:
     """Return the page of a benchmark; the arguments are those of :func:`write_benchmark_report`."""
     driven = [_driven(result, plan, scenario) for scenario in result.scenarios[:MOST_REPLAYS]]
-    radius = float(plan.settings.robot.radius)
     count = maps_and_runs(len(result.scenarios), plan.repeats)
     return Report(
         title="Benchmark",
@@ -70,7 +69,7 @@ def report_of_benchmark(result: Benchmark, plan: JobPlan, arguments: Sequence[st
         verdict=[*verdict_of_benchmark(result.rows, plan.names), *notes],
         command=shlex.join(["mapbench", *arguments]) if arguments else "evolution.bench(...), see the configuration",
         configuration=yaml.safe_dump(benchmark_document(result.scenarios, plan), sort_keys=False),
-        maps=[_replayed_map(result, plan.names, episodes, radius) for episodes in driven if episodes],
+        maps=[_replayed_map(result, plan.names, episodes) for episodes in driven if episodes],
         sections=[Section("Tables", [INTERVALS], _tables(result, plan.names), id="tables")],
         downloads=[
             Attachment("bench.json", "application/json", result.to_json().encode()),
@@ -143,12 +142,12 @@ def typical_run(rows: Sequence[Row]) -> Row:
     return sorted(rows, key=lambda row: (row["outcome"] != "goal", row["time_s"]))[(len(rows) - 1) // 2]
 
 
-def _replayed_map(result: Benchmark, names: Sequence[str], episodes: Sequence[Episode], radius: float) -> ReplayedMap:
+def _replayed_map(result: Benchmark, names: Sequence[str], episodes: Sequence[Episode]) -> ReplayedMap:
     """Return the replay of a map, with the difference between the controllers in its title."""
     name = episodes[0].scenario.name
     summary = summary_of_map(name, {controller: _rows_of(result, name, controller) for controller in names})
     sample = f"Title: {summary.sample}. Replay: the run of each controller with its median time."
-    return ReplayedMap(f"{name}: {summary.difference}", episodes, radius, sample=sample)
+    return ReplayedMap(f"{name}: {summary.difference}", episodes, sample=sample)
 
 
 def _rows_of(result: Benchmark, name: str, controller: str) -> list[Row]:

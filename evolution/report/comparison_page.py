@@ -108,9 +108,8 @@ def _replays(result: ParameterComparison) -> list[ReplayedMap]:
         episodes = [one for side in sides for one in _episode(result, side, by_name[row["map"]].name)]
         if episodes:
             title = _title(row, sides)
-            radius = float(result.configurations[0].plan.settings.robot.radius)
             sample = "Title: runs at the goal. Replay: the run of each with its median time."
-            replays.append(ReplayedMap(title, episodes, radius, sample=sample))
+            replays.append(ReplayedMap(title, episodes, sample=sample))
     return replays
 
 

@@ -25,13 +25,11 @@ def write_minimized_report(result: Minimized, plan: JobPlan, page: Path, argumen
         page: The file.
         arguments: The command line after ``mapbench``; empty if it was started from Python.
     """
-    radius = float(plan.settings.robot.radius)
     before, after = result.table()
     maps = [
         ReplayedMap(
             f"{row['map']}: {row['obstacles']} obstacles",
             [drive(plan.job(scenario, number, 0)) for number in range(len(plan.controllers))],
-            radius,
             sample=f"Verdict on held-out seeds: {row['verdict on held-out seeds']}. Replay: the first seed.",
         )
         for row, scenario in ((before, result.before), (after, result.after))

@@ -188,17 +188,26 @@
 
   function drawRobot(pen, panel, run, index) {
     const [x, y] = place(panel, run.x[index], run.y[index]);
-    const radius = panel.map.robot * panel.scale;
+    const corners = Array.isArray(run.robot) ? run.robot : null;
+    const front = corners ? Math.max(...corners.map((corner) => corner[0])) : run.robot;
+    pen.save();
+    pen.translate(x, y);
+    pen.rotate(-run.yaw[index]);
     pen.globalAlpha = 0.45;
     pen.fillStyle = colour(run.controller);
     pen.beginPath();
-    pen.arc(x, y, radius, 0, 2 * Math.PI);
+    if (corners) {
+      for (const [ahead, left] of corners) { pen.lineTo(ahead * panel.scale, -left * panel.scale); }
+    } else {
+      pen.arc(0, 0, front * panel.scale, 0, 2 * Math.PI);
+    }
     pen.fill();
     pen.globalAlpha = 1;
     pen.beginPath();
-    pen.moveTo(x, y);
-    pen.lineTo(x + radius * Math.cos(run.yaw[index]), y - radius * Math.sin(run.yaw[index]));
+    pen.moveTo(0, 0);
+    pen.lineTo(front * panel.scale, 0);
     pen.stroke();
+    pen.restore();
   }
 
   function setPlaying(on) {

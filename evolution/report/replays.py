@@ -28,14 +28,12 @@ class ReplayedMap:
     Args:
         title: Shown above the map.
         episodes: Runs on this map, all of one scenario.
-        robot_radius: Drawn size of the robot, m.
         group: Maps of one group are shown together; the reader selects the group.
         sample: Which of all runs title and replay show, in words; shown below the title.
     """
 
     title: str
     episodes: Sequence[Episode]
-    robot_radius: float
     group: str = ""
     sample: str = ""
 
@@ -89,7 +87,6 @@ def _replayed_map(shown: ReplayedMap) -> dict[str, Any]:
         "walls": [[int(col), int(row), int(cols), int(rows)] for row, col, rows, cols in rectangles],
         "start": list(scenario.start),
         "goal": list(scenario.goal),
-        "robot": shown.robot_radius,
         "runs": [_run(episode) for episode in shown.episodes],
         **_bodies(shown.episodes),
     }
@@ -116,6 +113,7 @@ def _run(episode: Episode) -> dict[str, Any]:
     states, period = _thinned(episode.trajectory, every), every * episode.control_period
     return {
         "controller": episode.controller,
+        "robot": episode.robot.outline,
         "outcome": episode.outcome,
         "time": round(episode.time, 3),
         "period": period,

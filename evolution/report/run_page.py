@@ -79,7 +79,7 @@ def changed_replays(run: LoadedRun, driven: Sequence[DrivenMap]) -> list[str]:
 def replayed_maps(run: LoadedRun, driven: Sequence[DrivenMap], group: str = "") -> list[ReplayedMap]:
     """Return the replays of the maps that have recorded runs; ``group`` is the heading under which they stand."""
     return [
-        ReplayedMap(f"{one.name}: {one.summary.difference}", one.episodes, _radius(run), group, _samples(one))
+        ReplayedMap(f"{one.name}: {one.summary.difference}", one.episodes, group, _samples(one))
         for one in driven
         if one.episodes
     ]
@@ -93,10 +93,6 @@ def replay_page(run: LoadedRun, driven: Sequence[DrivenMap]) -> str:
 def _samples(driven: DrivenMap) -> str:
     """Say which runs the title and the replay of a map show."""
     return f"Title: {driven.summary.sample}. Replay: {driven.recorded_sample}."
-
-
-def _radius(run: LoadedRun) -> float:
-    return float(run.config["run"]["environment"]["robot"]["radius"])
 
 
 def _verdict(run: LoadedRun) -> list[str]:

@@ -8,7 +8,6 @@ from typing import Any
 import yaml
 
 from controllers.nav2_params.yaml_edits import as_yaml
-from evolution.driving import DriveSettings
 from evolution.files import Row
 from evolution.report.benchmark_page import split_reasons
 from evolution.report.page import Attachment, Report, Section, Table, picture
@@ -46,14 +45,13 @@ def report_of_tuning(tuning: Tuning) -> Report:
     """Return the page of a finished tuning; the replays are re-run."""
     begun, summary = tuning.config["tuning"], tuning.summary
     maps = f"{len(begun['train'])} training maps, {len(begun['test'])} test maps"
-    world = DriveSettings.from_mapping(begun["world"], "world")
     return Report(
         title=f"Tuning of {summary.controller}",
         subtitle=f"{maps}; {sum(summary.runs.values())} runs; seed {begun['settings']['seed']}",
         verdict=tuning.verdict,
         command=_command(summary.controller, begun["settings"]),
         configuration=yaml.safe_dump(begun, sort_keys=False),
-        maps=[_replayed(episodes, world.robot.radius) for episodes in drive_test(tuning, MOST_REPLAYS)],
+        maps=[_replayed(episodes) for episodes in drive_test(tuning, MOST_REPLAYS)],
         sections=_sections(tuning),
         downloads=[
             Attachment(PARAMS, "application/yaml", tuning.params.read_bytes()),
@@ -71,12 +69,12 @@ def _command(controller: str, settings: Mapping[str, Any]) -> str:
     return f"mapbench tune {controller} {maps} {' '.join(words)}  # the configuration names all maps and values"
 
 
-def _replayed(episodes: Sequence[Episode], radius: float) -> ReplayedMap:
+def _replayed(episodes: Sequence[Episode]) -> ReplayedMap:
     """Return the replay of a test map with the outcomes in its title; own values alone have no difference."""
     name = episodes[0].scenario.name
     runs = ", ".join(f"{one.controller} {one.outcome} after {one.time:.1f} s" for one in episodes)
     sample = "One of the test maps with the largest difference." if len(episodes) > 1 else ""
-    return ReplayedMap(f"{name}: {runs}", episodes, radius, sample=sample)
+    return ReplayedMap(f"{name}: {runs}", episodes, sample=sample)
 
 
 def _sections(tuning: Tuning) -> list[Section]:

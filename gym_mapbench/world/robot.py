@@ -11,6 +11,9 @@ from gym_mapbench.quantities import NonNegative, Positive
 from gym_mapbench.registry import Registry, must_be
 from gym_mapbench.settings import Settings
 
+Outline = float | tuple[tuple[float, float], ...]
+"""Outline of a robot: the radius of a disc, m, or the corners of a polygon in the robot frame, m."""
+
 
 class LidarMount(Settings):
     """Where a robot's scanner sits, and how near it sees; by default at the centre, and from 0 m on.
@@ -61,6 +64,11 @@ class RobotSpec(Settings):
         if value is not None and not _is_convex_around_origin(np.asarray(value)):
             raise ConfigError("expected 3 to 8 corners of a convex polygon around (0, 0)")
         return value
+
+    @property
+    def outline(self) -> Outline:
+        """The corners of the polygon, m, or the radius of the disc, m."""
+        return self.footprint or self.radius
 
     @property
     def width(self) -> float:

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
@@ -69,7 +71,7 @@ def test_films_show_the_bodies_where_they_were(episode):
 
 
 def test_replays_hold_the_bodies_until_the_last_run_ends(episode):
-    (shown,) = replays_of([ReplayedMap("room", [episode], 0.22)])["maps"]
+    (shown,) = replays_of([ReplayedMap("room", [episode])])["maps"]
     (body,) = shown["bodies"]
     assert body["radius"] == 0.2
     assert shown["period"] * (len(body["x"]) - 1) >= episode.time
@@ -77,10 +79,37 @@ def test_replays_hold_the_bodies_until_the_last_run_ends(episode):
     assert set(body["y"]) == {0.8}
 
 
+@pytest.mark.parametrize("footprint", [None, ((0.6, 0.1), (-0.1, 0.1), (-0.1, -0.1), (0.6, -0.1))])
+def test_replays_hold_the_outline_of_the_robot_of_each_run(episode, footprint):
+    robot = episode.robot.replace(footprint=footprint)
+    (shown,) = replays_of([ReplayedMap("room", [replace(episode, robot=robot)])])["maps"]
+    assert shown["runs"][0]["robot"] == (footprint or robot.radius)
+
+
+@NEEDS_CHROMIUM
+def test_a_replay_shows_the_footprint(episode, tmp_path):
+    page = tmp_path / "page.html"
+    robot = episode.robot.replace(footprint=((0.6, 0.1), (-0.1, 0.1), (-0.1, -0.1), (0.6, -0.1)))
+    maps = [ReplayedMap("room", [replace(episode, robot=robot)])]
+    page.write_text(render_page(Report("Room", "", ["A verdict."], "", "", maps)), encoding="utf-8")
+    find = """const canvas = document.querySelector('canvas');
+        const [x, y] = [...arguments].map((share, axis) => share * (axis ? canvas.height : canvas.width));
+        return [...canvas.getContext('2d').getImageData(x, y, 1, 1).data];"""
+    x0, y0, x1, y1 = episode.scenario.map.bounds
+    x, y, _ = episode.scenario.start
+    with open_chromium(height=900) as browser:
+        browser.get(page.as_uri())
+        ahead, beside, behind = (
+            browser.execute_script(find, (x + dx - x0) / (x1 - x0), 1 - (y + dy - y0) / (y1 - y0))
+            for dx, dy in ((0.5, 0.07), (0.0, 0.15), (-0.17, 0.0))
+        )
+    assert ahead != beside == behind
+
+
 @NEEDS_CHROMIUM
 def test_the_legend_and_the_replay_show_people_in_the_colour_of_the_figures(episode, tmp_path):
     page = tmp_path / "page.html"
-    maps = [ReplayedMap("room", [episode], 0.22)]
+    maps = [ReplayedMap("room", [episode])]
     page.write_text(render_page(Report("Room", "", ["A verdict."], "", "", maps)), encoding="utf-8")
     red, green, blue = (int(PEOPLE_COLOUR[place : place + 2], 16) for place in (1, 3, 5))
     find = """const canvas = document.querySelector('canvas'), pen = canvas.getContext('2d'), [r, g, b] = arguments;
@@ -98,9 +127,7 @@ def test_the_legend_and_the_replay_show_people_in_the_colour_of_the_figures(epis
 def test_replays_without_bodies_say_nothing_of_them():
     controller = as_controller(lambda observation: (0.5, 0.0), "ahead", ("goal",))
     env = environment_for(EnvConfig(time_limit=10.0), controller)
-    (shown,) = replays_of([ReplayedMap("room", [run_episode(env, controller, among(), name="a", seed=0)], 0.22)])[
-        "maps"
-    ]
+    (shown,) = replays_of([ReplayedMap("room", [run_episode(env, controller, among(), name="a", seed=0)])])["maps"]
     assert not {"bodies", "period"} & set(shown)
 
 

@@ -319,7 +319,7 @@ def test_replays_alone_need_no_verdict(study_path):
 
 def test_no_replay_no_board():
     assert replays_of([])["maps"] == []
-    assert ReplayedMap("a", [], 0.1).group == ""
+    assert ReplayedMap("a", []).group == ""
 
 
 def best_fitness(run):
