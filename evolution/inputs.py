@@ -11,7 +11,14 @@ from typing import Any
 from controllers.nav2_params import PRESETS, Nav2Params, read_nav2_params
 from evolution.benchmark import PREFIX as BARN
 from evolution.benchmark import load_barn
-from evolution.driving import ControllerSpec, DriveSettings, ParameterFile, check_room, with_parameters
+from evolution.driving import (
+    ControllerSpec,
+    DriveSettings,
+    ParameterFile,
+    check_room,
+    take_shape_of_robot,
+    with_parameters,
+)
 from evolution.results import run_with_maps
 from evolution.runs import LoadedRun, experiment_in, reached_maps
 from evolution.search import DEFAULT_CONTROLLERS, controllers_from
@@ -176,15 +183,20 @@ def world_from(
     Args:
         params: A preset's name, a file, or the parameters read from a file; None for those of the run.
         read: The result of :func:`read_parameters` for ``params``.
-        environment: Fields of :class:`gym_mapbench.env.config.EnvConfig` that replace those of the run and of the file.
+        environment: Fields of :class:`gym_mapbench.env.config.EnvConfig` that replace those of the run and of the file;
+            the costmaps then have the shape of a ``robot`` among them.
         run: The run whose maps are used.
     """
     base = world_of(run)
     base = base.replace(environment=base.environment.replace(**environment))
-    if read is None:
-        return base if params is None else base.replace(navigation=params)
-    settings = with_parameters(base.replace(navigation=read.navigation), read)
-    return settings.replace(environment=settings.environment.replace(**environment))
+    if read is not None:
+        base = with_parameters(base.replace(navigation=read.navigation), read)
+        base = base.replace(environment=base.environment.replace(**environment))
+    elif params is not None:
+        base = base.replace(navigation=params)
+    if "robot" in environment:
+        base = base.replace(navigation=take_shape_of_robot(base.navigation))
+    return base
 
 
 def world_of(run: LoadedRun | None) -> DriveSettings:

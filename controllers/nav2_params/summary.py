@@ -63,12 +63,8 @@ def advise(read: Nav2Params) -> list[str]:
 
 def describe_robot(robot: RobotSpec) -> str:
     """Describe the shape and limits of a robot in one line."""
-    if robot.footprint is None:
-        shape = f"radius {robot.radius:g} m"
-    else:
-        shape = "footprint " + " ".join(f"({x:g}, {y:g})" for x, y in robot.footprint)
     return (
-        f"{shape}, {robot.max_linear_velocity:g} m/s forwards, {robot.max_reverse_velocity:g} m/s backwards, "
+        f"{robot.shape}, {robot.max_linear_velocity:g} m/s forwards, {robot.max_reverse_velocity:g} m/s backwards, "
         f"{robot.max_angular_velocity:g} rad/s, {robot.max_linear_acceleration:g} m/s^2, "
         f"{robot.max_angular_acceleration:g} rad/s^2"
     )

@@ -91,7 +91,7 @@ def _controllers() -> Kind:
 
 def _robot(name: str) -> str:
     robot = ROBOTS.get(name)
-    return f"radius {robot.radius:g} m, {robot.max_linear_velocity:g} m/s, {robot.max_angular_velocity:g} rad/s"
+    return f"{robot.shape}, {robot.max_linear_velocity:g} m/s, {robot.max_angular_velocity:g} rad/s"
 
 
 def _noise(name: str) -> str:

@@ -18,6 +18,7 @@ from evolution.driving import (
     ControllerSpec,
     DriveSettings,
     Resources,
+    take_shape_of_robot,
     try_controllers,
     with_parameters,
 )
@@ -296,7 +297,7 @@ def _robot(args: argparse.Namespace, robot: RobotSpec) -> RobotSpec:
     return robot.replace(name="custom", radius=args.robot_radius, footprint=None)
 
 
-def _navigation(args: argparse.Namespace, settings: DriveSettings) -> object:
+def _navigation(args: argparse.Namespace, settings: DriveSettings) -> NavigationParams:
     """Return Nav2's parameters; a robot given on the command line also replaces the shape in the costmaps."""
     navigation = settings.navigation
     if args.planner is not None:
@@ -305,8 +306,4 @@ def _navigation(args: argparse.Namespace, settings: DriveSettings) -> object:
         navigation = navigation.replace(planner=navigation.planner.replace(name=args.planner, params=params))
     if args.robot is None and args.robot_radius is None:
         return navigation
-    shape = {"robot_radius": args.robot_radius, "footprint": None}
-    return navigation.replace(
-        local_costmap=navigation.local_costmap.replace(**shape),
-        global_costmap=navigation.global_costmap.replace(**shape),
-    )
+    return take_shape_of_robot(navigation, args.robot_radius)

@@ -103,6 +103,15 @@ def with_parameters(settings: DriveSettings, read: Nav2Params) -> DriveSettings:
     return settings.replace(navigation=read.navigation, environment=world)
 
 
+def take_shape_of_robot(navigation: NavigationParams, radius: float | None = None) -> NavigationParams:
+    """Return Nav2's parameters with costmaps for the shape of the robot, or for a disc of a radius (m)."""
+    shape = {"robot_radius": radius, "footprint": None}
+    return navigation.replace(
+        local_costmap=navigation.local_costmap.replace(**shape),
+        global_costmap=navigation.global_costmap.replace(**shape),
+    )
+
+
 def load_navigation(name: str) -> NavigationParams:
     """Load a preset by name, or a user's ``nav2_params.yaml``."""
     return load_preset(name) if name in PRESETS else ParameterFile(params=name).load()

@@ -29,7 +29,15 @@ from controllers.nav2_params.plugins import CONTROLLERS
 from controllers.nav2_params.values import COSTMAPS, values_of, write_values
 from controllers.registry import FOLLOWERS
 from controllers.releases import Release
-from evolution.driving import ControllerSpec, DriveSettings, JobPlan, ParameterFile, try_controllers, with_parameters
+from evolution.driving import (
+    ControllerSpec,
+    DriveSettings,
+    JobPlan,
+    ParameterFile,
+    take_shape_of_robot,
+    try_controllers,
+    with_parameters,
+)
 from evolution.files import temporary_directory, write_text
 from evolution.play.messages import AskParameters, Session, Variant, WorldSettings
 from gym_mapbench.env.config import EnvConfig
@@ -271,13 +279,9 @@ def _robot(world: WorldSettings, robot: RobotSpec, text: str | None) -> RobotSpe
 
 def _with_robot(settings: DriveSettings, robot: RobotSpec, radius: float | None) -> DriveSettings:
     """Put a robot into the world, and its shape into the costmaps."""
-    navigation, shape = settings.navigation, {"robot_radius": radius, "footprint": None}
     return settings.replace(
         environment=settings.environment.replace(robot=robot),
-        navigation=navigation.replace(
-            local_costmap=navigation.local_costmap.replace(**shape),
-            global_costmap=navigation.global_costmap.replace(**shape),
-        ),
+        navigation=take_shape_of_robot(settings.navigation, radius),
     )
 
 

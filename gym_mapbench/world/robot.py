@@ -63,6 +63,13 @@ class RobotSpec(Settings):
         return value
 
     @property
+    def shape(self) -> str:
+        """The outline in words."""
+        if self.footprint is None:
+            return f"radius {self.radius:g} m"
+        return "footprint " + " ".join(f"({x:g}, {y:g})" for x, y in self.footprint)
+
+    @property
     def width(self) -> float:
         """Extent across the heading, m: the diameter of a disc, or the width of the box around the polygon."""
         if self.footprint is None:
@@ -83,14 +90,15 @@ class RobotSpec(Settings):
 
 
 def _is_convex_around_origin(corners: NDArray[np.float64]) -> bool:
-    """Whether all corners turn the same way and the origin lies inside; Box2D takes at most 8."""
+    """Whether all corners turn the same way, once around the origin; Box2D takes at most 8."""
     if corners.ndim != 2 or not 3 <= len(corners) <= 8:
         return False
     edges = np.roll(corners, -1, axis=0) - corners
     after = np.roll(edges, -1, axis=0)
     turns = edges[:, 0] * after[:, 1] - edges[:, 1] * after[:, 0]
     sides = edges[:, 0] * -corners[:, 1] + edges[:, 1] * corners[:, 0]
-    return bool(((turns > 0).all() and (sides > 0).all()) or ((turns < 0).all() and (sides < 0).all()))
+    once = np.abs(np.arctan2(turns, (edges * after).sum(axis=1)).sum()) < 3 * np.pi
+    return bool(once and (((turns > 0).all() and (sides > 0).all()) or ((turns < 0).all() and (sides < 0).all())))
 
 
 _PRESETS: dict[str, RobotSpec] = {

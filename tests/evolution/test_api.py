@@ -19,7 +19,7 @@ from evolution.benchmark import begin_benchmark, benchmark_document
 from evolution.cli import main
 from evolution.driving import ControllerSpec, JobPlan
 from evolution.files import Table
-from evolution.inputs import numbered, world_of
+from evolution.inputs import numbered, read_parameters, world_from, world_of
 from evolution.studies import StudyResults
 from gym_mapbench.errors import ConfigError, RunError
 from gym_mapbench.mapio import load_scenarios
@@ -185,6 +185,14 @@ def test_mistakes_are_one_line(call, message, tmp_path):
         call(tmp_path)
     assert "\n" not in str(caught.value)
     assert not list(tmp_path.iterdir())
+
+
+def test_the_costmaps_have_the_shape_of_a_robot_that_replaces_that_of_the_file():
+    file = "examples/nav2_params.yaml"
+    world = world_from(file, read_parameters(file), {"robot": "jackal"}, None)
+    for costmap in (world.navigation.local_costmap, world.navigation.global_costmap):
+        assert (costmap.robot_radius, costmap.footprint) == (None, None)
+    assert world_from(file, read_parameters(file), {}, None).navigation.local_costmap.robot_radius == 0.18
 
 
 def test_the_package_names_its_functions():

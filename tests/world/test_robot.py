@@ -35,8 +35,9 @@ def test_footprints_may_turn_either_way(turn):
         ((1, 1), (2, 1), (2, 2)),
         ((1, 0), (0.1, 0.1), (0, 1), (-1, -1)),
         tuple((math.cos(i), math.sin(i)) for i in range(9)),
+        tuple((math.cos(4 * math.pi * i / 5), math.sin(4 * math.pi * i / 5)) for i in range(5)),
     ],
-    ids=["two corners", "not around the origin", "not convex", "too many"],
+    ids=["two corners", "not around the origin", "not convex", "too many", "in the order of a star"],
 )
 def test_bad_footprints_are_refused(corners):
     with pytest.raises(ConfigError, match="convex polygon around"):

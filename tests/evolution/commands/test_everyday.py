@@ -42,7 +42,9 @@ def test_list_names_everything_and_says_what_it_is(capsys):
     rows = json.loads(capsys.readouterr().out)
     assert list(dict.fromkeys(row["kind"] for row in rows)) == list(KINDS)
     about = {(row["kind"], row["name"]): row["what it is"] for row in rows}
-    assert about["robots", "jackal"] == "radius 0.267 m, 2 m/s, 4 rad/s"
+    assert about["robots", "jackal"] == (
+        "footprint (0.21, 0.165) (-0.21, 0.165) (-0.21, -0.165) (0.21, -0.165), 2 m/s, 4 rad/s"
+    )
     assert about["controllers", "dwb"] == "DWB (dwb_core::DWBLocalPlanner)"
     assert about["controllers", "shim_mppi"].startswith(
         "The Rotation Shim around MPPI (nav2_rotation_shim_controller::"
