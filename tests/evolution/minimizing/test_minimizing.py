@@ -141,20 +141,24 @@ def recorded(job):
     return Episode(job.scenario, job.controller.name, 0, "goal", "", 1.0, 0.1, np.array([[0.15, 0.15, 0, 0, 0]]), None)
 
 
-def minimise(path, keep="rpp fails", workers=1, on_run=None, resume=False, grid=GRID):
+def minimise(path, keep="rpp fails", workers=1, on_run=None, resume=False, grid=GRID, **more):
     scenario = Scenario(grid, Pose(0.15, 0.15), Pose(0.85, 0.15), "hand")
     plan = JobPlan(fake_runs.CONTROLLERS[2:], fake_runs.WORLD, 3)
     verdict = read_verdict(keep, plan.names)
     wanted = MinimizeSettings(seeds=2, held_out_seeds=3)
-    options = {"resources": resources.Resources(workers=workers), "on_run": on_run, "resume": resume}
+    options = {"resources": resources.Resources(workers=workers, **more), "on_run": on_run, "resume": resume}
     return run_minimizing(scenario, plan, verdict, wanted, path, **options)
+
+
+def use_fakes(patch):
+    patch.setattr("evolution.minimizing.running.run_job", blocked)
+    patch.setattr("evolution.minimizing.running.drive", recorded)
+    patch.setattr("evolution.minimizing.running.preparation_of", lambda *_: None)
 
 
 @pytest.fixture
 def no_robot(monkeypatch):
-    monkeypatch.setattr("evolution.minimizing.running.run_job", blocked)
-    monkeypatch.setattr("evolution.minimizing.running.drive", recorded)
-    monkeypatch.setattr("evolution.minimizing.running.preparation_of", lambda *_: None)
+    use_fakes(monkeypatch)
 
 
 def test_the_cause_is_left(no_robot, tmp_path):
@@ -197,6 +201,17 @@ def test_a_killed_minimisation_continues_with_the_same_bytes(no_robot, tmp_path)
 def test_a_verdict_that_does_not_hold_is_refused(no_robot, tmp_path):
     with pytest.raises(ConfigError, match="holds on 0 of 2 seeds"):
         minimise(tmp_path / "out", "rpp succeeds")
+
+
+def crashes(job):
+    """Ends in an error, as a controller that raises."""
+    return RunResult("error", 0.0, 0.0, reason="ValueError: why")
+
+
+def test_a_verdict_that_does_not_hold_because_of_an_error_says_so(no_robot, monkeypatch, tmp_path):
+    monkeypatch.setattr("evolution.minimizing.running.run_job", crashes)
+    with pytest.raises(ConfigError, match="0 of 2 seeds, and 2 runs ended in an error, the first because: ValueError"):
+        minimise(tmp_path / "out")
 
 
 def test_the_command_says_what_is_wrong(tmp_path, capsys):
