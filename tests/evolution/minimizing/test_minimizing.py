@@ -16,7 +16,7 @@ from evolution.driving import JobPlan, RunResult, resources
 from evolution.minimizing import MinimizeSettings, read_verdict, run_minimizing
 from evolution.minimizing.delta_debugging import minimal
 from evolution.minimizing.obstacles import farthest_first, frame_of, halves, map_with, obstacles_of
-from gym_mapbench.errors import ConfigError
+from gym_mapbench.errors import ConfigError, RunError
 from gym_mapbench.metrics.episode import Episode
 from gym_mapbench.world.gridmap import GridMap
 from gym_mapbench.world.scenario import Pose, Scenario
@@ -221,6 +221,19 @@ def test_the_command_says_what_is_wrong(tmp_path, capsys):
     assert main([*argv, "--keep", "mppi fails", "--map", "offic"]) == 2
     assert "--map: unknown map 'offic'; did you mean 'office'" in capsys.readouterr().err
     assert not (tmp_path / "out").exists()
+
+
+def test_a_damaged_result_is_refused_in_one_line(no_robot, tmp_path):
+    minimise(tmp_path / "out")
+    summary, maps = tmp_path / "out" / "summary.json", tmp_path / "out" / "maps.json"
+    before, document = summary.read_text(), json.loads(maps.read_text())
+    summary.write_text(json.dumps({**json.loads(before), "held_after": [[True]]}))
+    with pytest.raises(RunError, match=r"summary.json: held_after.0: should be a valid boolean"):
+        load(tmp_path / "out")
+    summary.write_text(before)
+    maps.write_text(json.dumps({**document, "maps": document["maps"][:1]}))
+    with pytest.raises(RunError, match=r"maps.json: expected the original and the smallest map, got 1 maps"):
+        load(tmp_path / "out")
 
 
 def test_the_summary_is_json(no_robot, tmp_path):
