@@ -92,6 +92,7 @@ def run(args: argparse.Namespace) -> int:
     print_table(result.table("sets"))
     for line in result.sentences():
         console.print(line)
+    driving_options.note_errors(args.out)
     page = Path(args.out) / REPORT
     note("re-running the maps of the cells for the replays")
     write_atlas_report(result, page, driving_options.repeatable(args.given))

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import argparse
 from collections.abc import Sequence
+from pathlib import Path
 
 from controllers.learned import NO_CARD, read_card
 from controllers.nav2_params import NavigationParams, counterpart
@@ -18,11 +19,12 @@ from evolution.driving import (
     ControllerSpec,
     DriveSettings,
     Resources,
+    ResultStore,
     take_shape_of_robot,
     try_controllers,
     with_parameters,
 )
-from evolution.runs import LoadedRun, experiment_in
+from evolution.runs import STORE, LoadedRun, experiment_in
 from evolution.search import DEFAULT_CONTROLLERS, controllers_from
 from gym_mapbench.env.config import EnvConfig
 from gym_mapbench.errors import ConfigError
@@ -227,6 +229,14 @@ def note_models(specs: Sequence[ControllerSpec], settings: DriveSettings) -> Non
     for name, card in cards.items():
         for said in [NO_CARD] if card is None else card.differences(settings.environment):
             note(f"{name}: {said}")
+
+
+def note_errors(path: str | Path) -> None:
+    """Print how many runs in a directory ended in an error, and the reason of the first; nothing if none did."""
+    with ResultStore(Path(path) / STORE) as store:
+        reasons, runs = store.errors(), len(store)
+    if reasons:
+        note(f"{len(reasons)} of {runs} runs ended in an error, the first because: {reasons[0]}")
 
 
 def resources_of(args: argparse.Namespace) -> Resources:

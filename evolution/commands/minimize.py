@@ -84,6 +84,7 @@ def run(args: argparse.Namespace) -> int:
     for line in result.sentences():
         console.print(line)
     print_table(result.table())
+    driving_options.note_errors(args.out)
     page = Path(args.out) / "report.html"
     write_minimized_report(result, plan, page, driving_options.repeatable(args.given))
     note(f"wrote {page}; open it in any browser")

@@ -122,6 +122,7 @@ def run(args: argparse.Namespace) -> int:
         )
     page = write_report(result.path, on_step=note)
     _print(result)
+    driving_options.note_errors(result.path)
     what = "The tuned parameters are in" if result.summary.changes else "The unchanged file is"
     console.print(f"{what} {result.params}; look at {page}.")
     return 0

@@ -21,6 +21,7 @@ from evolution.driving.jobs import (
     check_controllers,
     check_metric,
     model_digest,
+    models_of,
 )
 from evolution.driving.kernel_files import (
     clear_kernels,
@@ -79,6 +80,7 @@ __all__ = [
     "import_shipped_kernels",
     "is_compiled",
     "model_digest",
+    "models_of",
     "preparation_of",
     "run_episode",
     "run_job",

@@ -218,6 +218,12 @@ def model_digest(spec: ControllerSpec) -> str | None:
     return hashlib.blake2b(path.read_bytes(), digest_size=16).hexdigest()
 
 
+def models_of(specs: Iterable[ControllerSpec]) -> dict[str, str]:
+    """Return the content hashes of the models among some controllers, by file."""
+    found = {spec.registered_name: model_digest(spec) for spec in specs}
+    return {name: digest for name, digest in sorted(found.items()) if digest is not None}
+
+
 def check_metric(name: str) -> str:
     """Return the name of a metric, checked.
 

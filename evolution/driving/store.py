@@ -27,6 +27,7 @@ LOG = logging.getLogger(__name__)
 SCHEMA_VERSION = 1
 LOCKED = (sqlite3.SQLITE_BUSY, sqlite3.SQLITE_LOCKED)
 UNWRITABLE = (sqlite3.SQLITE_CANTOPEN, sqlite3.SQLITE_READONLY, sqlite3.SQLITE_PERM)
+FAILING = (sqlite3.SQLITE_FULL, sqlite3.SQLITE_IOERR)
 WAIT_SECONDS = 10.0
 KEYS_PER_QUERY = 500
 MARK = ',"checksum":"'
@@ -63,12 +64,14 @@ class ResultStore:
         try:
             yield
         except sqlite3.Error as error:
-            if self.path is not None and getattr(error, "sqlite_errorcode", 0) & 0xFF in LOCKED:
+            code = getattr(error, "sqlite_errorcode", 0) & 0xFF
+            if self.path is not None and code in LOCKED:
                 raise RunError(self._locked(self.path)) from None
-            reason = (
-                "cannot be opened for writing" if getattr(error, "sqlite_errorcode", 0) & 0xFF in UNWRITABLE else what
-            )
-            raise RunError(f"{self.path or 'result store'}: {reason} ({error})") from None
+            if code in FAILING:
+                what = "cannot be read or written"
+            elif code in UNWRITABLE:
+                what = "cannot be opened for writing"
+            raise RunError(f"{self.path or 'result store'}: {what} ({error})") from None
 
     def _locked(self, path: Path) -> str:
         """Return in words which process has locked the file."""
@@ -114,6 +117,13 @@ class ResultStore:
         with self._errors("cannot be written"):
             row = (key, _with_checksum(key, result.to_json()))
             self._database.execute("INSERT OR IGNORE INTO results VALUES (?, ?)", row)
+
+    def errors(self) -> list[str]:
+        """Return the reasons of the runs that ended in an error, in order of their keys."""
+        with self._errors("cannot be read"):
+            like = "SELECT key, result FROM results WHERE result LIKE ? ORDER BY key"
+            rows = self._database.execute(like, ['{"outcome":"error"%']).fetchall()
+        return [self._result(key, text).reason for key, text in rows]
 
     def __len__(self) -> int:
         (count,) = self._database.execute("SELECT COUNT(*) FROM results").fetchone()

@@ -14,7 +14,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 from pathlib import Path
 
-from evolution.files import DirectoryKind, Row, Table, Tabled, read_json
+from evolution.files import DirectoryKind, Document, Row, Table, Tabled, check, read_json
 from evolution.minimizing.obstacles import obstacles_of
 from gym_mapbench.errors import RunError
 from gym_mapbench.mapio import load_map_set
@@ -22,6 +22,15 @@ from gym_mapbench.world.scenario import Scenario
 
 MINIMIZATION = DirectoryKind("minimization", "minimize.json", format_version=1)
 MAPS, SUMMARY, REPORT = "maps.json", "summary.json", "report.html"
+
+
+class MinimizedSummary(Document):
+    """``summary.json``."""
+
+    keep: str
+    held_before: list[bool]
+    held_after: list[bool]
+    steps: list[Row]
 
 
 @dataclass(frozen=True)
@@ -88,9 +97,10 @@ def load_minimized(path: Path) -> Minimized:
     if not (path / SUMMARY).is_file():
         raise RunError(f"{path}: the minimization was not finished; continue it with --resume")
     summary = read_json(path / SUMMARY)
-    before, after = load_map_set(path / MAPS)
-    try:
-        held = tuple(summary["held_before"]), tuple(summary["held_after"])
-        return Minimized(before, after, str(summary["keep"]), *held, tuple(summary["steps"]))
-    except (KeyError, TypeError):
-        raise RunError(f"{path / SUMMARY}: expected the summary of a minimization") from None
+    check(MinimizedSummary, summary, path / SUMMARY)
+    maps = load_map_set(path / MAPS)
+    if len(maps) != 2:
+        raise RunError(f"{path / MAPS}: expected the original and the smallest map, got {len(maps)} maps")
+    before, after = maps
+    held = tuple(summary["held_before"]), tuple(summary["held_after"])
+    return Minimized(before, after, summary["keep"], *held, tuple(summary["steps"]))

@@ -166,7 +166,10 @@ class _Search:
         self.verdict = self.verdict.measured_on(trials)
         held = sum(map(self.verdict.holds, trials))
         if held < len(trials):
+            errors = [run.reason for trial in trials for run in trial.values() if run.outcome == "error"]
             found = f"it holds on {held} of {len(trials)} seeds"
+            if errors:
+                found += f", and {len(errors)} runs ended in an error, the first because: {errors[0]}"
             raise ConfigError(f"--keep: expected a verdict that holds on {self.scenario.name}, but {found}")
 
     def reduce(self, paths: Sequence[Any]) -> Scenario:

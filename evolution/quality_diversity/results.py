@@ -21,7 +21,7 @@ from statistics import median
 from typing import Any
 
 from evolution.driving import RunResult
-from evolution.files import DirectoryKind, Row, Table, Tabled, read_json, write_json, write_text
+from evolution.files import DirectoryKind, Document, Row, Table, Tabled, check, read_json, write_json, write_text
 from evolution.quality_diversity.elites import Elite, boundary_length
 from evolution.quality_diversity.grid import Axes
 from evolution.quality_diversity.search import AtlasSearch, GridFigures
@@ -34,6 +34,29 @@ from gym_mapbench.world.scenario import MapSet
 
 ATLAS = DirectoryKind("map-atlas", "atlas.json", format_version=1)
 MAPS, SUMMARY, REPORT, ELITES, HISTORY = "maps.json", "summary.json", "report.html", "elites.csv", "history.csv"
+
+
+class EliteSummary(Document):
+    """An elite in ``summary.json``."""
+
+    cell: list[int]
+    found_in: list[int]
+    ratios: list[float]
+    quality: float
+    results: list[list[RunResult]]
+
+
+class AtlasSummary(Document):
+    """``summary.json``."""
+
+    searched: GridFigures
+    held_out: GridFigures
+    dropped: int
+    displaced: int
+    runs: int
+    held_out_runs: int
+    elites: list[EliteSummary]
+    history: list[Row]
 
 
 @dataclass(frozen=True)
@@ -133,6 +156,7 @@ def load_atlas(path: Path) -> Atlas:
     if not (path / SUMMARY).is_file():
         raise RunError(f"{path}: the atlas was not finished; continue it with --resume")
     summary = read_json(path / SUMMARY)
+    check(AtlasSummary, summary, path / SUMMARY)
     where = str(path / ATLAS.mark)
     experiment = Experiment.from_document(config.get("experiment"), where)
     settings = AtlasSettings.from_mapping(config.get("atlas"), f"{where}: atlas")

@@ -2,7 +2,7 @@
 
 ::
 
-    study.json                            the settings, and the versions they are run with
+    study.json                            the settings, the digests of learned models, and the versions
     resolved.json                         options that configurations take from earlier ones
     results.sqlite                        every run, shared by all
     runs/CONFIGURATION/seed-0003/         run directories, as those of mapbench evolve
@@ -27,15 +27,13 @@ from gym_mapbench.errors import ConfigError, RunError
 from gym_mapbench.trust import refuse_code
 
 RESOLVED = "resolved.json"
-TO_DRIVE = tuple(
-    f"study.{place}"
-    for place in (
-        *(f"{of}experiment.{section}" for of in ("", "configurations.") for section in ("controllers", "run")),
-        "configurations.fresh_noise",
-        "reevaluation.noise",
-    )
+TO_DRIVE = (
+    *(f"study.{of}experiment.{section}" for of in ("", "configurations.") for section in ("controllers", "run")),
+    "study.configurations.fresh_noise",
+    "study.reevaluation.noise",
+    "models",
 )
-"""Places in a study's settings that are used by runs only."""
+"""Places in ``study.json`` that are used by runs only."""
 
 STUDY = DirectoryKind("study", "study.json", format_version=1, to_drive=TO_DRIVE)
 
@@ -62,15 +60,20 @@ class StudyDir:
     config: Mapping[str, Any]
 
     @classmethod
-    def create(cls, path: str | Path, settings: StudySettings) -> StudyDir:
+    def create(cls, path: str | Path, settings: StudySettings, models: Mapping[str, str] | None = None) -> StudyDir:
         """Make the directory of a new study.
+
+        Args:
+            path: New or empty.
+            settings: The study.
+            models: Content hashes of the models that drive, by file.
 
         Raises:
             ConfigError: If there is anything there already; nothing is changed.
             RunError: If it cannot be made.
         """
         path = Path(path)
-        return cls(path, settings, STUDY.begin(path, _document(settings)))
+        return cls(path, settings, STUDY.begin(path, _document(settings, models)))
 
     @classmethod
     def open(cls, path: str | Path) -> StudyDir:
@@ -99,14 +102,19 @@ class StudyDir:
         refuse_code(directory.config, directory.path / STUDY.mark)
         return directory
 
-    def check(self, settings: StudySettings) -> None:
-        """Refuse to continue with settings other than those this directory was made for.
+    def check(self, settings: StudySettings, models: Mapping[str, str] | None = None) -> None:
+        """Refuse to continue with settings or models other than those this directory was made for.
+
+        Args:
+            settings: The study.
+            models: Content hashes of the models that drive, by file.
 
         Raises:
             ConfigError: If an option differs, naming it.
             RunError: If another version of this package wrote the directory, or ``resolved.json`` is damaged.
         """
-        STUDY.check_resumed(self.path, {**self.config, **_document(self.settings)}, _document(settings), _by_name)
+        begun = {**self.config, **_document(self.settings)}
+        STUDY.check_resumed(self.path, begun, _document(settings, models), _by_name)
         self.read_resolved()
 
     @property
@@ -157,12 +165,13 @@ class StudyDir:
         write_json(self.path / RESOLVED, {**self.read_resolved(), configuration: dict(resolved)})
 
 
-def _document(settings: StudySettings) -> dict[str, Any]:
+def _document(settings: StudySettings, models: Mapping[str, str] | None = None) -> dict[str, Any]:
     """Return the document that a study is begun with."""
-    return {"study": settings.model_dump(mode="json")}
+    return {"study": settings.model_dump(mode="json"), **({"models": dict(models)} if models else {})}
 
 
 def _by_name(document: Mapping[str, Any]) -> dict[str, Any]:
     """Return the options of a study, the configurations by name instead of by position."""
     study = document["study"]
-    return {**study, "configurations": {one["name"]: one for one in study["configurations"]}}
+    configurations = {one["name"]: one for one in study["configurations"]}
+    return {**study, "configurations": configurations, "models": document.get("models")}

@@ -9,7 +9,7 @@ from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import Literal
 
-from evolution.driving import DEFAULT_RESOURCES, Evaluator, Job, OnRun, Resources, RunResult, preparation_of
+from evolution.driving import DEFAULT_RESOURCES, Evaluator, Job, OnRun, Resources, RunResult, models_of, preparation_of
 from evolution.files import WriteError
 from evolution.runs import RecordedExperiment, exclusive_store, load_run
 from evolution.search import Progress
@@ -87,7 +87,7 @@ def run_study(
     tasks = check_study(settings)
     chosen = _chosen(settings, tasks, only)
     seeds = settings.seeds[: settings.runs if runs is None else runs]
-    directory = _directory(path, settings, begun)
+    directory = _directory(path, settings, begun, tasks)
     prepare = preparation_of((task.experiment.controllers, task.experiment.run) for task in chosen)
     with (
         exclusive_store(STUDY, directory.path, resources.wait_s) as store,
@@ -111,11 +111,12 @@ def _of(settings: StudySettings, task: Task, seeds: range) -> range:
     return seeds[: len(settings.seeds_of(task.configuration))]
 
 
-def _directory(path: str | Path, settings: StudySettings, begun: StudyDir | None) -> StudyDir:
+def _directory(path: str | Path, settings: StudySettings, begun: StudyDir | None, tasks: Sequence[Task]) -> StudyDir:
     """Make the directory of a new study, or accept the one in which it was begun."""
+    models = models_of(spec for task in tasks for spec in task.experiment.controllers)
     if begun is None:
-        return StudyDir.create(path, settings)
-    begun.check(settings)
+        return StudyDir.create(path, settings, models)
+    begun.check(settings, models)
     return begun
 
 

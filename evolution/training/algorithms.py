@@ -130,6 +130,7 @@ def make_model(settings: TrainSettings, worlds: Any, logs: Path | None) -> Any:
         ConfigError: If a hyperparameter cannot be used.
     """
     check_hyperparameters(settings)
+    from stable_baselines3.common.logger import Logger
     from torch import nn
 
     activations = {"tanh": nn.Tanh, "relu": nn.ReLU, "elu": nn.ELU}
@@ -137,7 +138,7 @@ def make_model(settings: TrainSettings, worlds: Any, logs: Path | None) -> Any:
     shape = {"net_arch": list(network.hidden), "activation_fn": activations[network.activation]}
     explored = {"action_noise": _noise(settings.action_noise)} if settings.action_noise else {}
     try:
-        return _class_of(settings)(
+        model = _class_of(settings)(
             "MlpPolicy",
             worlds,
             learning_rate=settings.learning_rate[0],
@@ -151,6 +152,9 @@ def make_model(settings: TrainSettings, worlds: Any, logs: Path | None) -> Any:
     except (TypeError, ValueError, AssertionError) as error:
         reason = " ".join(str(error).split())[:200]
         raise ConfigError(f"hyperparameters of {settings.algorithm}: cannot be used ({reason})") from None
+    if logs is None:  # the logger that Stable-Baselines3 would make leaves a folder among the temporary files
+        model.set_logger(Logger(None, []))
+    return model
 
 
 def save_model(model: Any, path: Path, card: ModelCard, *, to_drive: bool = False) -> None:

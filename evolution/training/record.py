@@ -124,9 +124,10 @@ class Recorder:
             save_statistics(self._statistics, self._directory.path / STATISTICS, model.num_timesteps)
 
     def _write_state(self, model: Any) -> None:
-        """Write the state, as the last file: a training that is finished has all others."""
+        """Write the state, as the last file: a training that is finished has all others, and its model is evaluated."""
         best = max(map(_score, self.rows), default=NO_SCORE)
-        finished = model.num_timesteps >= self._settings.steps
+        evaluated = bool(self.rows) and self.rows[-1]["steps"] == model.num_timesteps
+        finished = evaluated and model.num_timesteps >= self._settings.steps
         state = {"steps": model.num_timesteps, "seconds": self.seconds, "best": best, "finished": finished}
         self._directory.write_state(state)
 

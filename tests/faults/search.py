@@ -1,4 +1,4 @@
-"""A search, a study and a benchmark of fake runs, which may be killed at any moment and begun again."""
+"""Long commands with fake runs, which may be killed at any moment and begun again."""
 
 from __future__ import annotations
 
@@ -16,6 +16,9 @@ import pytest
 from evolution.benchmark.directory import BENCHMARK, begin_benchmark, benchmark_document
 from evolution.benchmark.runs import bench
 from evolution.driving import Evaluator, Job, JobPlan, Resources, RunResult, WorkerSetup
+from evolution.minimizing.results import MINIMIZATION
+from evolution.quality_diversity import run_atlas
+from evolution.quality_diversity.results import ATLAS
 from evolution.runs import RUN, RunDir, exclusive_store
 from evolution.search import evolve
 from evolution.studies import run_study
@@ -24,6 +27,8 @@ from gym_mapbench.world.gridmap import GridMap
 from gym_mapbench.world.scenario import Pose, Scenario
 from tests.evolution import fake_runs, fake_study
 from tests.evolution.fake_runs import CONTROLLERS, WORLD
+from tests.evolution.minimizing import test_minimizing
+from tests.evolution.quality_diversity import test_search
 
 SEARCH = {"pop_size": 4, "evaluations": 20, "seed": 3}
 THREADS = "tests.faults.search:threads"
@@ -69,7 +74,29 @@ def run_bench(path: Path, executor: str) -> None:
         bench(scenarios, plan, evaluator).save(path)
 
 
-TASKS = {"search": run_search, "study": run_small_study, "benchmark": run_bench}
+def run_small_atlas(path: Path, executor: str) -> None:
+    """Begin an atlas, or continue it."""
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr("evolution.quality_diversity.running.run_job", drive)
+        patch.setattr("evolution.quality_diversity.running.preparation_of", lambda *_: None)
+        settings, resources = test_search.SETTINGS.replace(runs=60), Resources(workers=2, executor=executor)
+        run_atlas(test_search.EXPERIMENT, settings, path, resume=ATLAS.holds(path), resources=resources)
+
+
+def run_small_minimization(path: Path, executor: str) -> None:
+    """Begin a minimization, or continue it."""
+    with pytest.MonkeyPatch.context() as patch:
+        test_minimizing.use_fakes(patch)
+        test_minimizing.minimise(path, resume=MINIMIZATION.holds(path), workers=2, executor=executor)
+
+
+TASKS = {
+    "search": run_search,
+    "study": run_small_study,
+    "benchmark": run_bench,
+    "atlas": run_small_atlas,
+    "minimization": run_small_minimization,
+}
 
 
 def killed_at(number: int) -> None:

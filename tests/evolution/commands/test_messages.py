@@ -16,8 +16,9 @@ from controllers.nav2_params import load_preset
 from evolution.cli import build_parser, main
 from evolution.commands import COMMANDS, COMMON, console, progress
 from evolution.commands.console import PACKAGES
+from evolution.commands.driving_options import note_errors
 from evolution.commands.progress import RunsPerSecond, SearchBar, WorkBar, best_in_words
-from evolution.driving import ControllerSpec, DriveSettings, JobPlan, RunResult
+from evolution.driving import ControllerSpec, DriveSettings, JobPlan, ResultStore, RunResult
 from evolution.files import Table
 from evolution.search import EvolveSettings
 from gym_mapbench.mapio import load_scenarios
@@ -47,6 +48,16 @@ def test_an_action_does_not_undo_what_stands_before_its_name():
     before = argparse.Namespace(**COMMON)
     assert parser.parse_args(["maps", "--quiet", "info", OFFICE], before).quiet
     assert parser.parse_args(["maps", "info", OFFICE, "--verbose"], argparse.Namespace(**COMMON)).verbose
+
+
+def test_how_many_runs_ended_in_an_error_is_said(capsys, tmp_path):
+    with ResultStore(tmp_path / "results.sqlite") as store:
+        store.put("a", RunResult("goal", 1.0, 1.0))
+        note_errors(tmp_path)
+        assert capsys.readouterr().err == ""
+        store.put("b", RunResult("error", 0.0, 0.0, reason="the worker died"))
+    note_errors(tmp_path)
+    assert capsys.readouterr().err == "1 of 2 runs ended in an error, the first because: the worker died\n"
 
 
 def test_verbose_says_where_everything_comes_from_and_how_runs_end(capsys, tmp_path):

@@ -144,3 +144,21 @@ def test_other_errors_of_the_database_stay_what_they_are(tmp_path):
         sqlite3.connect(tmp_path / "b.sqlite").execute("DROP TABLE results")
         with pytest.raises(RunError, match=r"cannot be read \(no such table"):
             store.get("key")
+
+
+def test_a_full_disk_is_no_fault_of_the_file(tmp_path):
+    program = (
+        "import resource, signal, sys; from pathlib import Path; from evolution.driving import ResultStore\n"
+        "signal.signal(signal.SIGXFSZ, signal.SIG_IGN); resource.setrlimit(resource.RLIMIT_FSIZE, (4096, 4096))\n"
+        "ResultStore(Path(sys.argv[1]))"
+    )
+    command = [sys.executable, "-c", program, str(tmp_path / "results.sqlite")]
+    done = subprocess.run(command, capture_output=True, text=True, check=False)
+    assert "results.sqlite: cannot be read or written (disk I/O error)" in done.stderr
+
+
+def test_runs_that_ended_in_an_error_are_found(tmp_path):
+    with ResultStore(tmp_path / "results.sqlite") as store:
+        for number, outcome in enumerate(["goal", "error", "timeout", "error"]):
+            store.put(f"key_{number}", RunResult(outcome, 0.0, 0.0, reason=f"reason {number}"))
+        assert store.errors() == ["reason 1", "reason 3"]

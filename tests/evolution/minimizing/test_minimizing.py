@@ -16,7 +16,7 @@ from evolution.driving import JobPlan, RunResult, resources
 from evolution.minimizing import MinimizeSettings, read_verdict, run_minimizing
 from evolution.minimizing.delta_debugging import minimal
 from evolution.minimizing.obstacles import farthest_first, frame_of, halves, map_with, obstacles_of
-from gym_mapbench.errors import ConfigError
+from gym_mapbench.errors import ConfigError, RunError
 from gym_mapbench.metrics.episode import Episode
 from gym_mapbench.world.gridmap import GridMap
 from gym_mapbench.world.scenario import Pose, Scenario
@@ -141,20 +141,24 @@ def recorded(job):
     return Episode(job.scenario, job.controller.name, 0, "goal", "", 1.0, 0.1, np.array([[0.15, 0.15, 0, 0, 0]]), None)
 
 
-def minimise(path, keep="rpp fails", workers=1, on_run=None, resume=False, grid=GRID):
+def minimise(path, keep="rpp fails", workers=1, on_run=None, resume=False, grid=GRID, **more):
     scenario = Scenario(grid, Pose(0.15, 0.15), Pose(0.85, 0.15), "hand")
     plan = JobPlan(fake_runs.CONTROLLERS[2:], fake_runs.WORLD, 3)
     verdict = read_verdict(keep, plan.names)
     wanted = MinimizeSettings(seeds=2, held_out_seeds=3)
-    options = {"resources": resources.Resources(workers=workers), "on_run": on_run, "resume": resume}
+    options = {"resources": resources.Resources(workers=workers, **more), "on_run": on_run, "resume": resume}
     return run_minimizing(scenario, plan, verdict, wanted, path, **options)
+
+
+def use_fakes(patch):
+    patch.setattr("evolution.minimizing.running.run_job", blocked)
+    patch.setattr("evolution.minimizing.running.drive", recorded)
+    patch.setattr("evolution.minimizing.running.preparation_of", lambda *_: None)
 
 
 @pytest.fixture
 def no_robot(monkeypatch):
-    monkeypatch.setattr("evolution.minimizing.running.run_job", blocked)
-    monkeypatch.setattr("evolution.minimizing.running.drive", recorded)
-    monkeypatch.setattr("evolution.minimizing.running.preparation_of", lambda *_: None)
+    use_fakes(monkeypatch)
 
 
 def test_the_cause_is_left(no_robot, tmp_path):
@@ -199,6 +203,17 @@ def test_a_verdict_that_does_not_hold_is_refused(no_robot, tmp_path):
         minimise(tmp_path / "out", "rpp succeeds")
 
 
+def crashes(job):
+    """Ends in an error, as a controller that raises."""
+    return RunResult("error", 0.0, 0.0, reason="ValueError: why")
+
+
+def test_a_verdict_that_does_not_hold_because_of_an_error_says_so(no_robot, monkeypatch, tmp_path):
+    monkeypatch.setattr("evolution.minimizing.running.run_job", crashes)
+    with pytest.raises(ConfigError, match="0 of 2 seeds, and 2 runs ended in an error, the first because: ValueError"):
+        minimise(tmp_path / "out")
+
+
 def test_the_command_says_what_is_wrong(tmp_path, capsys):
     argv = ["minimize", "examples/office.yaml", "--out", str(tmp_path / "out")]
     assert main([*argv, "--keep", "mpi fails"]) == 2
@@ -206,6 +221,19 @@ def test_the_command_says_what_is_wrong(tmp_path, capsys):
     assert main([*argv, "--keep", "mppi fails", "--map", "offic"]) == 2
     assert "--map: unknown map 'offic'; did you mean 'office'" in capsys.readouterr().err
     assert not (tmp_path / "out").exists()
+
+
+def test_a_damaged_result_is_refused_in_one_line(no_robot, tmp_path):
+    minimise(tmp_path / "out")
+    summary, maps = tmp_path / "out" / "summary.json", tmp_path / "out" / "maps.json"
+    before, document = summary.read_text(), json.loads(maps.read_text())
+    summary.write_text(json.dumps({**json.loads(before), "held_after": [[True]]}))
+    with pytest.raises(RunError, match=r"summary.json: held_after.0: should be a valid boolean"):
+        load(tmp_path / "out")
+    summary.write_text(before)
+    maps.write_text(json.dumps({**document, "maps": document["maps"][:1]}))
+    with pytest.raises(RunError, match=r"maps.json: expected the original and the smallest map, got 1 maps"):
+        load(tmp_path / "out")
 
 
 def test_the_summary_is_json(no_robot, tmp_path):

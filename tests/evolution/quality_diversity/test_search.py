@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import json
 import sys
 from contextlib import suppress
 
@@ -13,7 +14,7 @@ from evolution.cli import main
 from evolution.driving import Evaluator, RunResult, resources
 from evolution.quality_diversity import ELITES, AtlasSettings, boundary_length, run_atlas, search_atlas
 from evolution.search import EvolveSettings, Experiment
-from gym_mapbench.errors import ConfigError
+from gym_mapbench.errors import ConfigError, RunError
 from gym_mapbench.mapio import load_map_set
 from tests.evolution import fake_runs
 
@@ -141,6 +142,26 @@ def test_a_loaded_atlas_equals_the_written_one(no_robot, tmp_path):
     assert again.sentences() == atlas.sentences()
     assert [one.name for one in load_map_set(tmp_path / "a" / "maps.json")] == [row["map"] for row in again.table()]
     assert again.best_set("gini") == load_map_set(tmp_path / "a" / "set_gini.json")
+
+
+@pytest.mark.parametrize(
+    ("key", "value", "message"),
+    [
+        ("searched", {"cells": 1, "coverage": "x", "qd_score": 1.0}, "summary.json: searched.coverage: should be"),
+        ("history", None, "summary.json: history: should be"),
+    ],
+)
+def test_a_damaged_summary_is_refused_in_one_line(no_robot, tmp_path, key, value, message):
+    fill(tmp_path / "a")
+    path = tmp_path / "a" / "summary.json"
+    document = json.loads(path.read_text())
+    path.write_text(json.dumps({**document, key: value}))
+    with pytest.raises(RunError, match=message):
+        load(tmp_path / "a")
+    document["elites"][0]["results"][0][0]["time_s"] = [1.0]
+    path.write_text(json.dumps(document))
+    with pytest.raises(RunError, match=r"summary.json: elites.0.results.0.0.time_s: should be a valid number"):
+        load(tmp_path / "a")
 
 
 def test_other_options_do_not_continue_it(no_robot, tmp_path):

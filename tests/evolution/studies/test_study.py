@@ -402,6 +402,18 @@ def test_what_was_taken_from_few_seeds_is_said_and_can_be_taken_from_all(study_p
         assert lasting_files(tmp_path / "s" / part) == lasting_files(study_path / part)
 
 
+def test_a_study_does_not_continue_with_another_model_in_the_same_file(tmp_path):
+    model = tmp_path / "learned.zip"
+    shutil.copy(ROOT / "examples" / "policies" / "ppo.zip", model)
+    controllers = [{"name": "rpp"}, {"name": "learned", "kind": str(model)}]
+    study = small_study(configurations=TWO, experiment={"controllers": controllers})
+    run_study(study, tmp_path / "s", only=["ga"], runs=1)
+    run_study(study, tmp_path / "s", only=["ga"], runs=1, resume=True)
+    shutil.copy(ROOT / "examples" / "policies" / "ppo_path.zip", model)
+    with pytest.raises(ConfigError, match=r"models\..*learned\.zip was '\w+' when the study began, got '\w+'"):
+        run_study(study, tmp_path / "s", resume=True)
+
+
 def test_only_the_same_study_continues(tmp_path):
     study = small_study(configurations=TWO)
     run_study(study, tmp_path / "s", only=["ga"], runs=1)

@@ -5,6 +5,7 @@ from __future__ import annotations
 import os
 import signal
 import sys
+import tempfile
 
 import numpy as np
 import pytest
@@ -53,9 +54,12 @@ def rooms(count):
 
 
 @pytest.mark.parametrize("algorithm", OF)
-def test_an_algorithm_learns_and_its_model_drives(algorithm, tmp_path):
+def test_an_algorithm_learns_and_its_model_drives(algorithm, tmp_path, monkeypatch):
     seen = []
+    (tmp_path / "temporary").mkdir()
+    monkeypatch.setattr(tempfile, "tempdir", str(tmp_path / "temporary"))
     training = train(algorithm, config=small(algorithm), out=tmp_path / "run", on_progress=seen.append)
+    assert not list((tmp_path / "temporary").glob("SB3*"))
     assert training.finished
     assert training.state["steps"] >= 320
     assert [row["steps"] for row in training.curve][-1] == training.state["steps"]
@@ -113,6 +117,28 @@ def test_a_signal_leaves_a_model_that_is_continued(algorithm, number, tmp_path):
     assert [row["steps"] for row in done.curve][: len(stopped.curve)] == [row["steps"] for row in stopped.curve]
     assert done.curve[-1]["seconds"] > stopped.state["seconds"]
     assert train(resume=tmp_path / "run").curve == done.curve
+
+
+def test_a_signal_in_the_last_update_leaves_the_last_evaluation_to_do(tmp_path, monkeypatch):
+    from stable_baselines3 import PPO
+
+    update = PPO.train
+
+    def interrupt(model):
+        update(model)
+        if model.num_timesteps >= 320:
+            os.kill(os.getpid(), signal.SIGTERM)
+
+    monkeypatch.setattr(PPO, "train", interrupt)
+    with pytest.raises(KeyboardInterrupt):
+        train("ppo", config=small(), out=tmp_path / "run")
+    monkeypatch.undo()
+    stopped = load(tmp_path / "run")
+    assert stopped.state["steps"] == 320
+    assert not stopped.finished
+    done = train(resume=tmp_path / "run")
+    assert done.finished
+    assert [row["steps"] for row in done.curve] == [160, 320]
 
 
 def test_statistics_travel_with_the_model(tmp_path):
