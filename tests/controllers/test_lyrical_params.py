@@ -362,4 +362,5 @@ navigations = st.builds(
 def test_what_is_written_for_lyrical_reads_back_the_same(navigation):
     read = parse_nav2_params(write_nav2_params(navigation), release="lyrical")
     assert read.navigation == navigation
-    assert {finding.kind for finding in read.findings} <= {"ros_only"}
+    told = {finding.name for finding in read.findings if finding.kind != "ros_only"}
+    assert told <= {"controller_server.controller_plugins"}  # an empty list, with which Nav2 does not start
