@@ -52,6 +52,15 @@ def sample(maps: int) -> list[Scenario]:
     return [replace(scenario_on(one.cells, shapes), name=f"{n:03d}_{one.family}") for n, one in enumerate(drawn)]
 
 
+def distinct_maps(sets: Sequence[Path]) -> list[Scenario]:
+    """Return the maps of some sets, each once: searches with one seed share their first maps."""
+    found: dict[str, Scenario] = {}
+    for number, path in enumerate(sets):
+        for one in load_map_set(path):
+            found.setdefault(one.world_digest, replace(one, name=f"{number}_{one.name}"))
+    return list(found.values())
+
+
 def driven(groups: Mapping[str, Sequence[Scenario]], seeds: Mapping[str, int], workers: int, out: Path) -> list[Row]:
     """Run everything that a file of earlier runs lacks, and return all runs; they are written after each part."""
     rows = read_runs(out) if out.exists() else []
@@ -153,10 +162,7 @@ def main() -> None:
     parser.add_argument("--out", type=Path, default=Path("releases.csv"), help="file of runs; it is continued")
     parser.add_argument("--plot", type=Path, help="picture to draw")
     args = parser.parse_args()
-    evolved = [
-        replace(one, name=f"{number}_{one.name}") for number, path in enumerate(args.sets) for one in load_map_set(path)
-    ]
-    groups = {"sampled": sample(args.maps), "evolved": evolved}
+    groups = {"sampled": sample(args.maps), "evolved": distinct_maps(args.sets)}
     rows = driven(groups, {"sampled": args.seeds, "evolved": args.set_seeds}, args.workers, args.out)
     print(f"| {HEADER} |\n|{'---|' * 9}")
     for maps in groups:
