@@ -163,6 +163,9 @@ def _read_sources(layer: Layer, data_type: str) -> dict[str, Any]:
         return {"marking": False, "clearing": False}
     if data_type != "LaserScan":
         add("replaced", first.name, "a point cloud; the robot's lidar stands for it")
+    if "max_obstacle_height" not in first.values:
+        why = "0 by default, so Nav2 sees no point above the floor; the lidar here is at height 0"
+        add("left_out", f"{first.name}.max_obstacle_height", why)
     if first.values.get("observation_persistence") == 0:
         del first.values["observation_persistence"]
     clears = layer.group.stand_in or any(source.values.get("clearing") is True for source in lidars)

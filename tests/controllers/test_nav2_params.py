@@ -166,6 +166,7 @@ def test_what_may_change_how_the_real_robot_drives_is_listed_apart():
         "door_opener",
         "/**",
         "local_costmap.local_costmap.obstacles.camera",
+        "local_costmap.local_costmap.obstacles.laser.max_obstacle_height",
         "bt_navigator.default_nav_to_pose_bt_xml",
     }
     document["/**"] = {"ros__parameters": {"use_sim_time": True}}

@@ -475,7 +475,10 @@ def test_of_two_voxel_layers_the_one_with_a_lidar_is_built():
     read = parse_nav2_params(document)
     assert read.navigation.local_costmap.plugins == ("voxel_layer",)
     assert read.navigation.local_costmap.voxel_layer.scan.obstacle_max_range == 1.5
-    assert read.named("left_out") == ("local_costmap.local_costmap.eyes",)
+    blind = "local_costmap.local_costmap.lidar.scan.max_obstacle_height"
+    assert set(read.named("left_out")) == {"local_costmap.local_costmap.eyes", blind}
+    (line,) = [line for line in summarise(read) if blind in line]
+    assert "0 by default, so Nav2 sees no point above the floor" in line
 
 
 @pytest.mark.parametrize("names", ["laser", "scan laser", ["laser"]])
@@ -537,7 +540,9 @@ def test_more_than_one_lidar_is_one_here_and_old_scans_are_said():
     }
     names = set(parse_nav2_params(with_layers(["o"], o=layer)).named("left_out"))
     prefix = "local_costmap.local_costmap.o"
-    assert names == {f"{prefix}.rear", f"{prefix}.front.observation_persistence"}
+    assert names == {f"{prefix}.rear"} | {
+        f"{prefix}.front.{name}" for name in ("observation_persistence", "max_obstacle_height")
+    }
 
 
 # --- Templates --------------------------------------------------------------------------------------------------------
