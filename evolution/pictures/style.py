@@ -59,9 +59,9 @@ def new_figure(
         rows: Number of rows.
         heights: Relative heights of the rows; equal if None.
     """
-    from evolution.pictures.once_drawn import OnceDrawnFigure
+    from evolution.pictures.once_rendered import OnceRenderedFigure
 
-    figure = OnceDrawnFigure(figsize=(width, height), layout="constrained")
+    figure = OnceRenderedFigure(figsize=(width, height), layout="constrained")
     return figure, np.atleast_1d(figure.subplots(rows, columns, sharey=sharey, height_ratios=heights))
 
 

@@ -14,7 +14,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Mapping
 from dataclasses import dataclass
 from pathlib import Path
 from statistics import median
@@ -34,6 +34,8 @@ from gym_mapbench.world.scenario import MapSet
 
 ATLAS = DirectoryKind("map-atlas", "atlas.json", format_version=1)
 MAPS, SUMMARY, REPORT, ELITES, HISTORY = "maps.json", "summary.json", "report.html", "elites.csv", "history.csv"
+COUNTS = ("dropped", "displaced", "runs", "held_out_runs")
+"""Numbers of ``summary.json``, which has those of :class:`AtlasSearch`."""
 
 
 class EliteSummary(Document):
@@ -121,7 +123,7 @@ class Atlas(Tabled):
     def document(self) -> Row:
         """Return everything but the maps, JSON-able."""
         found = self.found
-        counts = {name: getattr(found, name) for name in ("dropped", "displaced", "runs", "held_out_runs")}
+        counts = {name: getattr(found, name) for name in COUNTS}
         figures = {"searched": found.searched._asdict(), "held_out": found.held_out._asdict()}
         elites = [_elite_document(one) for one in self.elites]
         return {**counts, **figures, "sets": list(self.table("sets")), "elites": elites, "history": list(found.history)}
@@ -162,7 +164,7 @@ def load_atlas(path: Path) -> Atlas:
     settings = AtlasSettings.from_mapping(config.get("atlas"), f"{where}: atlas")
     try:
         return Atlas(experiment, settings, _found(summary, path))
-    except (KeyError, TypeError, ValueError):
+    except (TypeError, ValueError):  # a result with another key, or more or fewer elites than maps
         raise RunError(f"{path / SUMMARY}: expected the summary of an atlas") from None
 
 
@@ -173,10 +175,7 @@ def _found(summary: Mapping[str, Any], path: Path) -> AtlasSearch:
         history=tuple(summary["history"]),
         searched=GridFigures(**summary["searched"]),
         held_out=GridFigures(**summary["held_out"]),
-        dropped=int(summary["dropped"]),
-        displaced=int(summary["displaced"]),
-        runs=int(summary["runs"]),
-        held_out_runs=int(summary["held_out_runs"]),
+        **{name: summary[name] for name in COUNTS},
     )
 
 
@@ -191,12 +190,6 @@ def _elite_document(elite: Elite) -> Row:
 
 
 def _elite(document: Mapping[str, Any], scenario: Any) -> Elite:
-    results = tuple(tuple(RunResult(**run) for run in runs) for runs in _lists(document["results"]))
+    results = tuple(tuple(RunResult(**run) for run in runs) for runs in document["results"])
     cells = tuple(document["cell"]), tuple(document["found_in"])
-    return Elite(scenario, *cells, tuple(document["ratios"]), float(document["quality"]), results)
-
-
-def _lists(value: Any) -> Sequence[Sequence[Any]]:
-    if not isinstance(value, list) or not all(isinstance(one, list) for one in value):
-        raise TypeError
-    return value
+    return Elite(scenario, *cells, tuple(document["ratios"]), document["quality"], results)

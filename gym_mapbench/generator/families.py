@@ -16,7 +16,7 @@ from gym_mapbench.generator.doors import Doors
 from gym_mapbench.generator.motifs import MOTIFS, USUAL_WIDTH, AlongRoute, Sequences
 from gym_mapbench.generator.pillars import Pillars
 from gym_mapbench.generator.random_shapes import RandomShapes
-from gym_mapbench.generator.shapes import Cells, ShapeSettings
+from gym_mapbench.generator.shapes import Cells, ShapeSettings, checked_cells
 from gym_mapbench.generator.slaloms import Slaloms
 from gym_mapbench.generator.sparse import Sparse
 from gym_mapbench.generator.u_traps import UTraps
@@ -82,12 +82,8 @@ def build_map(name: str, family: Family, genes: Settings, shapes: ShapeSettings)
         PluginError: If a third-party family fails, or returns anything but cells of this size.
     """
     with FAMILIES.blamed(name):
-        cells: object = family.build(genes, shapes)
-    wanted = (shapes.size, shapes.size)
-    if not isinstance(cells, np.ndarray) or (cells.shape, cells.dtype) != (wanted, np.bool_):
-        got = f"{cells.dtype} {cells.shape}" if isinstance(cells, np.ndarray) else type(cells).__name__
-        raise PluginError(f"family {name!r}: expected cells as bool {wanted}, got {got}")
-    return cells
+        cells = family.build(genes, shapes)
+    return checked_cells(cells, (shapes.size, shapes.size), f"family {name!r}: expected cells")
 
 
 class FamilySpec(Settings):

@@ -13,7 +13,7 @@ import numpy as np
 from numpy.typing import NDArray
 from pydantic import Field, model_validator
 
-from gym_mapbench.errors import ConfigError
+from gym_mapbench.errors import ConfigError, PluginError
 from gym_mapbench.generator.ranges import CellRange, NumberRange, sample_count
 from gym_mapbench.kernels import shapes as kernels
 from gym_mapbench.kernels.jit import plain
@@ -122,6 +122,23 @@ def sample_map(rng: np.random.Generator, settings: ShapeSettings) -> Cells:
     inside = interior(cells, settings.border)
     scatter(rng, inside, sample_count(rng, settings.n_obstacles), settings.probabilities, settings.sizes)
     return clear_and_border(cells, settings)
+
+
+def checked_cells(cells: object, shape: tuple[int, ...], what: str) -> Cells:
+    """Return what a third party made, if it is the cells of a map.
+
+    Args:
+        cells: What it made.
+        shape: ``(rows, cols)`` of the map.
+        what: Names the third party and its product; the message begins with it.
+
+    Raises:
+        PluginError: If it is not a bool array of this shape.
+    """
+    if not isinstance(cells, np.ndarray) or (cells.shape, cells.dtype) != (shape, np.bool_):
+        got = f"{cells.dtype} {cells.shape}" if isinstance(cells, np.ndarray) else type(cells).__name__
+        raise PluginError(f"{what} as bool {shape}, got {got}")
+    return cells
 
 
 def interior(cells: Cells, border: int) -> Cells:

@@ -28,6 +28,7 @@ from gym_mapbench.generator import (
     PeopleSettings,
     ShapeSettings,
     build_genome,
+    checked_cells,
     clear_and_border,
     interior,
     is_drivable,
@@ -186,11 +187,7 @@ def _changed_by(name: str, operator: Operator, edit: Edit, rng: np.random.Genera
     if answer is not None:
         got = type(answer).__name__
         raise PluginError(f"mutation operator {name!r}: expected a change of edit.cells and no result, got {got}")
-    cells: object = edit.cells
-    if not isinstance(cells, np.ndarray) or (cells.shape, cells.dtype) != (wanted, np.bool_):
-        got = f"{cells.dtype} {cells.shape}" if isinstance(cells, np.ndarray) else type(cells).__name__
-        raise PluginError(f"mutation operator {name!r}: expected edit.cells as bool {wanted}, got {got}")
-    return cells
+    return checked_cells(edit.cells, wanted, f"mutation operator {name!r}: expected edit.cells")
 
 
 def label_obstacles(cells: Cells, connectivity: int = 4) -> tuple[Labels, int]:

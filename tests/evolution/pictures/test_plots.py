@@ -11,7 +11,7 @@ from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.figure import Figure
 from PIL import Image
 
-from evolution.pictures.once_drawn import OnceDrawnFigure
+from evolution.pictures.once_rendered import OnceRenderedFigure
 from evolution.pictures.plots import (
     _cliques,
     box_figure,
@@ -47,7 +47,7 @@ def test_a_figure_is_drawn_once_for_a_file_of_the_same_bytes(tmp_path, monkeypat
     monkeypatch.setattr(Axes, "draw", lambda axes, renderer: (drawn.append(axes), draw(axes, renderer)))
     once = saved("once")
     assert len(drawn) == 2 * 2
-    monkeypatch.setattr(OnceDrawnFigure, "draw", Figure.draw)
+    monkeypatch.setattr(OnceRenderedFigure, "draw", Figure.draw)
     assert saved("twice") == once
 
 

@@ -1,4 +1,4 @@
-"""A figure that is drawn once for each file. Matplotlib draws a figure with a layout twice."""
+"""A figure that is rendered once for each file. Matplotlib renders a figure with a layout twice."""
 
 from __future__ import annotations
 
@@ -9,10 +9,10 @@ from matplotlib.figure import Figure
 from matplotlib.layout_engine import ConstrainedLayoutEngine
 
 
-class OnceDrawnFigure(Figure):
-    """A figure with a constrained layout that :meth:`savefig` draws once.
+class OnceRenderedFigure(Figure):
+    """A figure with a constrained layout that :meth:`savefig` renders once.
 
-    ``savefig`` first draws with a renderer that draws nothing, and then again without a layout engine. The first time
+    ``savefig`` of Matplotlib first renders into nothing, and then again without a layout engine. The first time
     only the layout is computed: it is all that the second time needs, and the bytes of the file are the same.
     """
 
@@ -27,7 +27,7 @@ class OnceDrawnFigure(Figure):
             self._is_saved = False
 
     def draw(self, renderer: RendererBase) -> None:
-        """Compute the layout alone if a file is written and there is a layout engine; draw otherwise."""
+        """Compute the layout alone if a file is written and there is a layout engine; render otherwise."""
         engine = self.get_layout_engine()
         if self._is_saved and isinstance(engine, ConstrainedLayoutEngine):
             engine.execute(self)
