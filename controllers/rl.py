@@ -135,7 +135,7 @@ def load_sb3(path: str | Path, name: str) -> PolicyController | TrainedPolicy:
     except ImportError:
         raise ConfigError(f"{name}: reading {path} needs stable-baselines3 (pip install gym-mapbench[rl])") from None
     try:
-        model = getattr(stable_baselines3, algorithm).load(path, device="cpu")
+        model = _load_to_predict(getattr(stable_baselines3, algorithm), path)
     except Exception as error:
         reason = " ".join(str(error).split())[:200]
         raise ConfigError(f"{name}: {path} cannot be loaded as a {algorithm} model ({reason})") from None
@@ -144,6 +144,25 @@ def load_sb3(path: str | Path, name: str) -> PolicyController | TrainedPolicy:
     except ConfigError as error:
         raise ConfigError(f"{name}: {error}") from None
     return as_controller(model, name) if card is None else _with_card(model, name, card, path)
+
+
+def _load_to_predict(algorithm: Any, path: str | Path) -> Any:
+    """Load a model without its optimizers, as making one imports the compiler of torch (2 s in each process)."""
+    from stable_baselines3.common.save_util import load_from_zip_file
+
+    data, _, _ = load_from_zip_file(path, device="cpu")
+    kwargs = {**(data or {}).get("policy_kwargs", {}), "optimizer_class": _NoOptimizer}
+    return algorithm.load(path, device="cpu", custom_objects={"policy_kwargs": kwargs})
+
+
+class _NoOptimizer:
+    """In the place of the optimizer of a model that only predicts; takes and ignores what one would."""
+
+    def __init__(self, *args: object, **kwargs: object) -> None:
+        pass
+
+    def load_state_dict(self, state: object, strict: bool = True) -> None:
+        pass
 
 
 def _with_card(model: Any, name: str, card: ModelCard, path: str | Path) -> TrainedPolicy:

@@ -39,6 +39,15 @@ def test_large_libraries_are_loaded_by_those_who_use_them():
     )
 
 
+@pytest.mark.slow
+def test_a_model_is_loaded_without_the_compiler_of_torch():
+    pytest.importorskip("stable_baselines3")
+    code = "import sys; from controllers.rl import load_sb3; load_sb3('examples/policies/ppo.zip', 'ppo')"
+    loaded = run(f"{code}; print(*sys.modules)").split()
+    assert "torch" in loaded
+    assert "torch._dynamo" not in loaded
+
+
 @pytest.mark.parametrize("arguments", [["--help"], [], ["bnch"]])
 def test_the_help_waits_for_no_imports(arguments):
     code = "import atexit, sys; atexit.register(lambda: print(*sys.modules)); import evolution.cli; evolution.cli.main("

@@ -39,18 +39,21 @@ def run(name, folder, *arguments):
     return done.stdout
 
 
+@pytest.mark.slow
 def test_an_env_is_driven_to_the_goal(tmp_path):
     output = run("drive_an_env.py", tmp_path)
     assert re.search(r"seed 1: goal after \d+\.\d s, reward \d", output)
     assert (tmp_path / "drive_an_env.png").read_bytes().startswith(b"\x89PNG")
 
 
+@pytest.mark.slow
 def test_the_own_controller_reaches_the_goals(tmp_path):
     output = run("own_controller.py", tmp_path)
     assert "mine reaches the goal in 2 of 2 runs" in output
     assert re.search(r"office +dwb +1/1", output)
 
 
+@pytest.mark.slow
 def test_parameter_files_are_compared(tmp_path):
     output = run("compare_parameters.py", tmp_path)
     assert output.count("drives: FollowPath (DWB), Pursuit (Regulated Pure Pursuit)") == 2
@@ -59,6 +62,7 @@ def test_parameter_files_are_compared(tmp_path):
     assert "FollowPath: " in run("compare_parameters.py", tmp_path, *files)
 
 
+@pytest.mark.slow
 @needs_rl
 def test_a_policy_is_trained_and_judged(tmp_path):
     output = run("train_and_judge.py", tmp_path)
@@ -67,6 +71,7 @@ def test_a_policy_is_trained_and_judged(tmp_path):
     assert (tmp_path / "runs/train_and_judge/best_model.zip").is_file()
 
 
+@pytest.mark.slow
 def test_a_set_is_evolved_validated_and_exported(tmp_path):
     output = run("evolve_validate_export.py", tmp_path)
     assert re.search(r"Held-out fitness -?\d.* \(2 seeds; 95 % of trials between", output)
@@ -74,6 +79,7 @@ def test_a_set_is_evolved_validated_and_exported(tmp_path):
     assert (tmp_path / "runs/two_controllers_bundle/package.xml").is_file()
 
 
+@pytest.mark.slow
 @pytest.mark.skipif(find_spec("nbclient") is None, reason="nbclient is not installed (pip install '.[test]')")
 @pytest.mark.filterwarnings("default")
 def test_the_notebook_runs_and_shows_its_pictures(monkeypatch):
@@ -90,6 +96,7 @@ def test_the_notebook_runs_and_shows_its_pictures(monkeypatch):
     assert any("<td>office</td>" in data.get("text/html", "") for data in shown)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("place", "time_limit", "controller", "change"),
     [

@@ -86,6 +86,7 @@ def kept_files(*folders: str) -> set[str]:
     }
 
 
+@pytest.mark.slow
 @needs_build
 def test_the_wheel_holds_every_file_of_the_packages_and_nothing_else(installed):
     held = {path.relative_to(installed).as_posix() for path in installed.rglob("*") if path.is_file()}
@@ -94,6 +95,7 @@ def test_the_wheel_holds_every_file_of_the_packages_and_nothing_else(installed):
     assert any(name.endswith("licenses/LICENSE") for name in held - own)
 
 
+@pytest.mark.slow
 @needs_build
 def test_the_sdist_holds_what_a_reader_and_a_tester_need(built):
     (sdist,) = built.glob("*.tar.gz")
@@ -103,12 +105,14 @@ def test_the_sdist_holds_what_a_reader_and_a_tester_need(built):
     assert papers | kept_files(*COPIED) <= held
 
 
+@pytest.mark.slow
 @needs_build
 @pytest.mark.skipif(find_spec("twine") is None, reason="twine is not installed (pip install '.[test]')")
 def test_the_index_would_take_them(built):
     python("-m", "twine", "check", "--strict", *map(str, built.iterdir()), cwd=built)
 
 
+@pytest.mark.slow
 @needs_build
 def test_the_wheel_works_in_an_empty_directory(installed, tmp_path):
     where = {"PYTHONPATH": str(installed), "COLUMNS": "200"}

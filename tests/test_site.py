@@ -93,6 +93,7 @@ def done():
     return set()
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("page", RUN_HERE)
 @pytest.mark.filterwarnings("error::DeprecationWarning:__main__")
 def test_blocks_run(page, folder, done, monkeypatch):

@@ -32,6 +32,7 @@ def test_the_site_makes_its_search_for_pages_on_disk():
     assert "\n  polyfills: [iframe-worker.js]" in site
 
 
+@pytest.mark.slow
 @NEEDS_CHROMIUM
 @pytest.mark.parametrize("page", ["index", "howto/slow"])
 def test_words_are_found_without_a_server(tmp_path, page):

@@ -85,12 +85,7 @@ def _add_world_options(group: argparse._ArgumentGroup, default: str, noise: str 
         metavar="M",
         help="radius of the robot, here a disc, in the world and in its costmaps",
     )
-    group.add_argument(
-        "--time-limit",
-        type=positive_number,
-        metavar="S",
-        help=f"simulated seconds a run may take (default: {default.format(f'{WORLD.time_limit:g}')})",
-    )
+    add_time_limit_option(group, default)
     group.add_argument(
         "--contact",
         choices=("ends", "slides"),
@@ -103,6 +98,16 @@ def _add_world_options(group: argparse._ArgumentGroup, default: str, noise: str 
         default=noise,
         help=f"noise of sensors, localisation, motors and start pose: {names_in(NOISES)} (default: "
         f"{default.format(noise or 'none')})",
+    )
+
+
+def add_time_limit_option(group: argparse._ActionsContainer, default: str = "{}") -> None:
+    """Add ``--time-limit``; ``default`` as for :func:`add_drive_options`."""
+    group.add_argument(
+        "--time-limit",
+        type=positive_number,
+        metavar="S",
+        help=f"simulated seconds a run may take (default: {default.format(f'{WORLD.time_limit:g}')})",
     )
 
 

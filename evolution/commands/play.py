@@ -43,6 +43,7 @@ def add_parser(subparsers: argparse._SubParsersAction[argparse.ArgumentParser]) 
         help=f"a nav2_params.yaml, which the page can change, or a preset: {', '.join(PRESETS)} (default: thesis)",
     )
     add_reading_options(parser)
+    driving_options.add_time_limit_option(parser)
     driving_options.add_seed_option(parser)
     driving_options.add_resource_options(parser)
     group = parser.add_argument_group("server")
@@ -79,12 +80,13 @@ def _beginning(args: argparse.Namespace) -> Beginning:
     chosen = driving_options.controllers_of(args)
     file = None if read_parameter_file(args) is None else _file_of(args)
     preset = FILE if file is not None else args.params or driving_options.DEFAULT_PARAMS
+    world = EnvConfig() if args.time_limit is None else EnvConfig(time_limit=args.time_limit)
     scenarios = load_all(args.maps, args.start, args.goal)
     if len(scenarios) > MOST_MAPS:
         raise ConfigError(f"maps: expected at most {MOST_MAPS} maps, got {len(scenarios)}")
     return Beginning(
-        Given(_with_others(chosen), file),
-        [scene_of(scenario) for scenario in scenarios] or [sampled(RANDOM, EnvConfig())],
+        Given(_with_others(chosen), file, world),
+        [scene_of(scenario) for scenario in scenarios] or [sampled(RANDOM, world)],
         WorldSettings(preset=preset, seed=args.seed or 0),
         chosen,
         driving_options.resources_of(args),

@@ -93,6 +93,7 @@ def test_replays_hold_people_who_see_the_robot_where_they_were_in_each_run():
     assert np.hypot(*(places[0] - places[1])) > 0.01
 
 
+@pytest.mark.slow
 @NEEDS_CHROMIUM
 def test_the_legend_and_the_replay_show_people_in_the_colour_of_the_figures(episode, tmp_path):
     page = tmp_path / "page.html"
@@ -111,6 +112,7 @@ def test_the_legend_and_the_replay_show_people_in_the_colour_of_the_figures(epis
         assert browser.execute_script(find, red, green, blue)
 
 
+@pytest.mark.slow
 @NEEDS_CHROMIUM
 def test_the_replay_shows_the_footprint_of_the_robot(tmp_path):
     controller = as_controller(lambda observation: (0.0, 0.0), "ahead", ("goal",))

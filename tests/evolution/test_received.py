@@ -243,6 +243,7 @@ def test_a_study_whose_search_names_code_is_not_even_read(real_study, folder, ca
     assert "would run code" in capsys.readouterr().err
 
 
+@pytest.mark.slow
 @pytest.mark.usefixtures("fake_driving")
 def test_a_run_inside_a_study_that_names_code_is_shown_without_replays(study_path, folder):
     path = part_of(study_path, folder / "got", ["gini_6"])

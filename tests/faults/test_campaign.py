@@ -23,6 +23,7 @@ def folder(tmp_path_factory):
     return tmp_path_factory.mktemp("searches")
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("kind", kills.KINDS[:-1])
 def test_what_was_stopped_is_continued_to_the_same_bytes(kind, folder):
     end = kills.try_one(folder, kind, seed=1)

@@ -57,6 +57,7 @@ def run(folder, capsys, command):
     return code, " ".join(said.out.split()), said.err
 
 
+@pytest.mark.slow
 def test_a_study_from_begin_to_page(folder, capsys):
     StudyDir.create(folder / "s", load_study(folder / "tiny.yaml"))  # begun, and interrupted at once
     code, out, error = run(folder, capsys, "study {folder}/s --resume --workers 1 --runs 1")
@@ -75,6 +76,7 @@ def test_a_study_from_begin_to_page(folder, capsys):
     assert len(list((folder / "s" / "figures").glob("*.svg"))) >= 9
 
 
+@pytest.mark.slow
 def test_runs_that_cannot_be_made_do_not_keep_the_others_from_the_page(folder, capsys):
     hopeless = {"search": {"fitness": "cluster"}, "run": {"environment": {"time_limit": 0.5}}}
     configurations = [{"name": "hopeless", "experiment": hopeless}, {"name": "ga"}]

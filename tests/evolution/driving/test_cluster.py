@@ -98,6 +98,7 @@ def names(client):
     return set(client.run(lambda dask_worker: dask_worker.name).values())
 
 
+@pytest.mark.slow
 def test_the_same_files_though_a_worker_is_killed_and_another_comes(tmp_path, machines, client):
     run(tmp_path / "processes")
     seen = []
@@ -123,6 +124,7 @@ def test_the_same_files_though_a_worker_is_killed_and_another_comes(tmp_path, ma
     assert all(count > 0 for _, count in chunks)
 
 
+@pytest.mark.slow
 def test_a_worker_of_another_version_is_turned_away(machines, client):
     """One that comes during a search leaves; one that is there before it begins is named."""
     with Evaluator(fake_runs.drive, executor=f"dask={client.scheduler.address}") as evaluator:
@@ -138,6 +140,7 @@ def test_a_worker_of_another_version_is_turned_away(machines, client):
         check_workers({"tcp://a:1": ModuleNotFoundError("No module named 'x'")})
 
 
+@pytest.mark.slow
 def test_a_faulty_controller_costs_its_own_runs_on_a_cluster_of_this_machine():
     plan = plan_of("good", "raises", "kills", "hangs", "leaves_a_child")
     reasons = []

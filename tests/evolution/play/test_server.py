@@ -46,6 +46,7 @@ def wait_for_end(pids):
     return left
 
 
+@pytest.mark.slow
 @pytest.mark.skipif(not os.path.exists("/proc"), reason="looks into /proc")
 @pytest.mark.parametrize(
     ("how", "code"), [(signal.SIGINT, 0), (signal.SIGTERM, -signal.SIGTERM), (signal.SIGKILL, -signal.SIGKILL)]
@@ -104,3 +105,10 @@ def test_a_port_in_use_is_one_line(capsys):
     with socket.create_server(("127.0.0.1", 0)) as taken:
         assert main(["play", "--no-browser", "--port", str(taken.getsockname()[1])]) == 2
     assert "cannot be listened on" in capsys.readouterr().err
+
+
+def test_runs_end_at_the_time_limit_of_the_command(monkeypatch):
+    begun = []
+    monkeypatch.setattr("evolution.commands.play.serve", lambda beginning, **_: begun.append(beginning))
+    assert main(["play", "--no-browser", "--time-limit", "40"]) == 0
+    assert begun[0].given.environment.time_limit == 40.0

@@ -44,6 +44,7 @@ def test_every_elite_has_a_cell_and_a_row(atlas, page):
     assert "https://" not in text.split("<script>")[0].replace("https://www.w3.org", "")
 
 
+@pytest.mark.slow
 @NEEDS_CHROMIUM
 def test_a_click_on_a_cell_shows_its_map(atlas, page):
     with open_chromium(height=1000) as driver:
@@ -58,6 +59,7 @@ def test_a_click_on_a_cell_shows_its_map(atlas, page):
         assert driver.get_log("browser") == []
 
 
+@pytest.mark.slow
 @NEEDS_CHROMIUM
 def test_a_click_scrolls_without_motion_for_readers_who_want_none(atlas, page):
     with open_chromium(height=1000) as driver:

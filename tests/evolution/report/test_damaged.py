@@ -271,6 +271,7 @@ def test_runs_that_ended_in_an_error_are_said(study):
     )
 
 
+@pytest.mark.slow
 def test_a_page_of_many_damages(study):
     runs = study / "runs"
     spoil(runs / "gini_6" / "seed-0000" / "generations.csv", "")

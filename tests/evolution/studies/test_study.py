@@ -268,6 +268,7 @@ if __name__ == "__main__":
 """
 
 
+@pytest.mark.slow
 def test_a_killed_study_resumes_to_the_same_bytes(tmp_path):
     study = small_study(configurations=TWO)
     run_study(study, tmp_path / "whole")

@@ -53,6 +53,7 @@ def rooms(count):
     return [draw_scenario(world, rng) for _ in range(count)]
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("algorithm", OF)
 def test_an_algorithm_learns_and_its_model_drives(algorithm, tmp_path, monkeypatch):
     seen = []
@@ -87,6 +88,7 @@ def test_networks_use_the_threads_that_they_are_given(tmp_path):
     assert torch.get_num_threads() == before
 
 
+@pytest.mark.slow
 def test_the_same_seed_is_the_same_model_and_another_is_not(tmp_path):
     def weights(name, seed):
         from stable_baselines3 import PPO
@@ -98,6 +100,7 @@ def test_the_same_seed_is_the_same_model_and_another_is_not(tmp_path):
     assert (weights("c", 2) != weights("d", 1)).any()
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(("algorithm", "number"), [("ppo", signal.SIGTERM), ("sac", signal.SIGINT)])
 def test_a_signal_leaves_a_model_that_is_continued(algorithm, number, tmp_path):
     def interrupt(progress):
@@ -157,6 +160,7 @@ def test_given_maps_and_a_curriculum_are_kept_in_the_directory(tmp_path):
     assert train(resume=tmp_path / "run").finished
 
 
+@pytest.mark.slow
 def test_a_policy_that_sees_the_path_is_trained_and_drives(tmp_path):
     encoding = {"features": ["goal", "velocity", "scan", "path"]}
     config = small(encoding=encoding, world={**SMALL["world"], "path": {"points": 5, "spacing": 0.2}}, anywhere=0.5)

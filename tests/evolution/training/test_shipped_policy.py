@@ -35,6 +35,7 @@ def test_the_one_with_a_path_was_trained_with_the_settings_beside_it():
     assert card.world == settings.world
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("name", SEEN)
 def test_it_reaches_the_goal_on_nearly_all_fresh_maps_at_the_robot_s_speed(name):
     pytest.importorskip("stable_baselines3")
