@@ -58,6 +58,7 @@ def run_sdf_check(program, folder, files):
     return done.returncode, done.stdout + done.stderr
 
 
+@pytest.mark.slow
 def test_sdf_check_passes_worlds_and_models_without_a_word(bundle, sdf_check):
     _, folder = bundle
     files = sorted(folder.glob("worlds/*")) + sorted(folder.glob("models/m*/model.sdf"))
@@ -65,6 +66,7 @@ def test_sdf_check_passes_worlds_and_models_without_a_word(bundle, sdf_check):
     assert run_sdf_check(sdf_check, folder, files) == (0, "")
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("release", ["jazzy", "lyrical"])
 def test_sdf_check_passes_packages_of_newer_releases(release, tmp_path, sdf_check):
     export_gazebo(
@@ -76,6 +78,7 @@ def test_sdf_check_passes_packages_of_newer_releases(release, tmp_path, sdf_chec
     assert run_sdf_check(sdf_check, folder, files) == (0, "")
 
 
+@pytest.mark.slow
 def test_sdf_check_passes_worlds_with_people(tmp_path, sdf_check):
     people = (walker(phase=0.3), walker(loop=True))
     scenario = replace(open_room(), bodies=people)
@@ -86,6 +89,7 @@ def test_sdf_check_passes_worlds_with_people(tmp_path, sdf_check):
     assert run_sdf_check(sdf_check, tmp_path / "bundle", [world])[0] != 0
 
 
+@pytest.mark.slow
 def test_sdf_check_would_have_complained(bundle, sdf_check, tmp_path):
     _, folder = bundle
     model = (folder / "models" / "mapbench_robot" / "model.sdf").read_text()

@@ -15,6 +15,7 @@ WITHOUT_OUR_CONTROLLERS = ("neo_rox_diff_jazzy",)
 """Files whose only controller is another maker's."""
 
 
+@pytest.mark.slow
 @needs_data
 @pytest.mark.parametrize("path", sorted((DATA / "nav2_params").glob("*.yaml")), ids=lambda path: path.stem)
 def test_a_file_that_was_converted_to_lyrical_drives(path, tmp_path):

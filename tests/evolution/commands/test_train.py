@@ -49,6 +49,7 @@ def test_that_no_map_is_held_out_is_said(tmp_path, capsys, caplog):
     assert "Success on held-out maps, ppo (maps: not held out)" in capsys.readouterr().out
 
 
+@pytest.mark.slow
 def test_the_model_drives_beside_others_and_what_differs_is_said(trained, capsys):
     argv = ["bench", OFFICE, "--controllers", f"learned={trained / 'best_model.zip'}", "--time-limit", "1"]
     assert main([*argv, "--noise", "nominal", "--workers", "1", "--format", "json"]) == 0
@@ -58,6 +59,7 @@ def test_the_model_drives_beside_others_and_what_differs_is_said(trained, capsys
     assert "learned: trained with other noise" in output.err
 
 
+@pytest.mark.slow
 def test_what_is_assumed_of_a_model_without_a_card_is_said(tmp_path, capsys):
     from stable_baselines3 import PPO
 

@@ -156,6 +156,7 @@ def test_a_matrix_that_is_not_positive_definite_has_no_factor():
     assert np.isnan(cholesky(np.array([[1.0, 2.0], [2.0, 1.0]]))[1, 1])
 
 
+@pytest.mark.slow
 def test_predictions_depend_neither_on_the_number_of_cores_nor_on_vector_instructions():
     """LAPACK's and NumPy's do: of a factor from 150 maps on, and of ``exp``."""
     script = """

@@ -145,6 +145,7 @@ if __name__ == "__main__":
 """
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("after", [5, 90, 200])
 def test_a_killed_run_resumes_to_the_same_bytes(tmp_path, whole, after):
     script = KILLED.format(path=str(tmp_path / "killed"), after=after)
@@ -460,6 +461,7 @@ def test_a_search_with_validation_resumes_to_the_same_bytes(tmp_path, validated,
         assert reproducible_files(tmp_path / "run") == reproducible_files(validated[0])
 
 
+@pytest.mark.slow
 def test_every_part_of_the_search_can_be_left_out(tmp_path):
     parts = {"archive": {"elite": False, "elite_seeds": 0}, "elite": {"elite_seeds": 0}}
     parts |= {"stage": {"validation": None}, "stages": {"staged": False}}

@@ -57,6 +57,7 @@ def die(*_):
     raise Killed
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("owner", "writing"),
     [

@@ -80,6 +80,7 @@ def test_workers_get_ready_before_there_is_a_job(tmp_path):
         assert ready.exists()
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("server", ["starts with the first worker", "is a copy"])
 def test_a_killed_parent_takes_its_workers_along(server):
     """Also a worker that holds Python's lock, and one that has left a copy of itself behind."""
@@ -121,6 +122,7 @@ def test_a_fork_server_that_dies_is_replaced():
         assert pool.submit(os.getppid).result() != server
 
 
+@pytest.mark.slow
 def test_workers_are_copies_of_a_command_as_it_was_at_its_start():
     """Until the fork server, itself a copy, dies; the next one is a new process."""
     script = """
@@ -149,6 +151,7 @@ def test_workers_are_copies_of_a_command_as_it_was_at_its_start():
     assert done.stdout == "True as it was\nFalse changed\n", done.stderr
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("given", [{}, {"OMP_NUM_THREADS": "3"}])
 def test_a_worker_has_one_thread_unless_the_user_says_otherwise(given):
     script = """
@@ -190,6 +193,7 @@ def test_workers_where_no_process_can_copy_itself(monkeypatch):
             pool.submit(os._exit, 7).result()
 
 
+@pytest.mark.slow
 def test_workers_drive_with_the_modules_of_their_parent(tmp_path):
     """Whatever the current directory holds, as a clone of this repository does where another version is installed."""
     (tmp_path / "here" / "evolution").mkdir(parents=True)
