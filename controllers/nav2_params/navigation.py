@@ -18,7 +18,7 @@ from controllers.path_handler import PathHandler
 from controllers.releases import RELEASES, Release
 from controllers.rotation_shim.plugin import configured_inside
 from gym_mapbench.costmap import CostmapParams
-from gym_mapbench.errors import ConfigError, unknown_name
+from gym_mapbench.errors import ConfigError, refuse_unknown, unknown_name
 from gym_mapbench.planners import PLANNERS
 from gym_mapbench.quantities import Natural, NonNegative, Positive
 from gym_mapbench.settings import ExtendedSettings, Settings
@@ -127,8 +127,7 @@ class ControllerPlugin(Settings):
     @field_validator("kind")
     @classmethod
     def _known(cls, value: str) -> str:
-        if value not in CONTROLLERS:
-            raise unknown_name("controller", value, CONTROLLERS)
+        refuse_unknown("controller", value, CONTROLLERS)
         return value
 
     @field_validator("params")

@@ -18,7 +18,7 @@ from evolution.benchmark.scores import score_rows
 from evolution.driving import Evaluator, JobPlan, OnRun
 from evolution.files import Row, Table, Tabled, write_text
 from evolution.statistics import holm
-from gym_mapbench.errors import ConfigError, unknown_name
+from gym_mapbench.errors import ConfigError, refuse_unknown
 from gym_mapbench.world.scenario import Scenario
 
 COMPARED_TABLES = ("configurations", "pairs", "maps", "parameters", "runs")
@@ -103,8 +103,7 @@ class ParameterComparison(Tabled):
         Raises:
             ConfigError: If there is no such table.
         """
-        if (name or "configurations") not in COMPARED_TABLES:
-            raise unknown_name("table", name, COMPARED_TABLES)
+        refuse_unknown("table", name or "configurations", COMPARED_TABLES)
         if name == "pairs":
             return Table(self.pairs)
         if name == "maps":

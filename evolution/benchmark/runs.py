@@ -15,7 +15,7 @@ from evolution.benchmark.scores import pair_rows, score_rows
 from evolution.driving import Evaluator, Job, JobPlan, OnRun, RunResult
 from evolution.files import Row, Table, Tabled, write_text
 from evolution.runs import Reevaluation
-from gym_mapbench.errors import unknown_name
+from gym_mapbench.errors import refuse_unknown
 from gym_mapbench.world.scenario import Scenario
 
 BENCH, BENCH_TABLE = "bench.json", "bench.csv"
@@ -53,8 +53,7 @@ class Benchmark(Tabled):
         Raises:
             ConfigError: If there is no such table.
         """
-        if (name or "summary") not in TABLES:
-            raise unknown_name("table", name, TABLES)
+        refuse_unknown("table", name or "summary", TABLES)
         if name in ("controllers", "pairs"):
             names = list(dict.fromkeys(row["controller"] for row in self.rows))
             return Table((score_rows if name == "controllers" else pair_rows)(self.rows, names))

@@ -9,6 +9,7 @@ from evolution.commands import options
 from evolution.commands.catalogue import KINDS
 from evolution.commands.console import print_table
 from evolution.files import Table
+from gym_mapbench.errors import refuse_unknown
 
 EXAMPLES = """  mapbench list                       everything that has a name
   mapbench list controllers noise     some kinds
@@ -25,7 +26,9 @@ def add_parser(subparsers: argparse._SubParsersAction[argparse.ArgumentParser]) 
 
 def run(args: argparse.Namespace) -> int:
     """Print a row for every name."""
-    kinds = [options.one_of("kind", name, KINDS) for name in args.kinds] or list(KINDS)
+    for kind in args.kinds:
+        refuse_unknown("kind", kind, KINDS)
+    kinds = args.kinds or list(KINDS)
     rows = {
         kind: [{"name": name, "what it is": KINDS[kind].about(name)} for name in KINDS[kind].names()] for kind in kinds
     }
