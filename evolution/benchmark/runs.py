@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 import math
+from abc import abstractmethod
 from collections import Counter
 from collections.abc import Sequence
 from dataclasses import dataclass
@@ -22,8 +23,30 @@ BENCH, BENCH_TABLE = "bench.json", "bench.csv"
 TABLES = ("summary", "runs", "controllers", "pairs")
 
 
+class BenchResult(Tabled):
+    """The runs of a benchmark or of a comparison, and the files that hold them."""
+
+    @abstractmethod
+    def to_json(self) -> str:
+        """Return all results as one JSON object as text."""
+
+    @property
+    def files(self) -> dict[str, str]:
+        """The content of ``bench.json`` and ``bench.csv``, by name."""
+        return {BENCH: self.to_json(), BENCH_TABLE: self.table("runs").to_csv()}
+
+    def save(self, directory: Path) -> None:
+        """Write ``bench.json`` and ``bench.csv``.
+
+        Raises:
+            RunError: If they cannot be written.
+        """
+        for name, content in self.files.items():
+            write_text(directory / name, content)
+
+
 @dataclass(frozen=True)
-class Benchmark(Tabled):
+class Benchmark(BenchResult):
     """The runs of a benchmark.
 
     Args:
@@ -76,15 +99,6 @@ class Benchmark(Tabled):
             orders = list(self.reevaluation.ranks_kept)
             document["map_set"] = {"fitness": fitness, "order_kept": orders}
         return json.dumps(document, indent=1, allow_nan=False) + "\n"
-
-    def save(self, directory: Path) -> None:
-        """Write ``bench.json`` and ``bench.csv``.
-
-        Raises:
-            RunError: If they cannot be written.
-        """
-        write_text(directory / BENCH, self.to_json())
-        write_text(directory / BENCH_TABLE, self.table("runs").to_csv())
 
     def _groups(self) -> list[list[Row]]:
         """Runs by map and controller."""
