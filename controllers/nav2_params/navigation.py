@@ -335,7 +335,7 @@ class NavigationParams(ExtendedSettings):
     def _of_one_release(self) -> Self:
         releases = {f"controllers.{name}": plugin.params["release"] for name, plugin in self.controllers.items()}
         releases["planner"] = self.planner.params.get("release", self.release)
-        releases |= {"local_costmap": self.local_costmap.release, "global_costmap": self.global_costmap.release}
+        releases |= {name: costmap.release for name, costmap in self.costmaps.items()}
         for name, release in releases.items():
             if release != self.release:
                 raise ConfigError(f"{name}: expected parameters of Nav2's {self.release}, got {release}'s")
@@ -359,6 +359,11 @@ class NavigationParams(ExtendedSettings):
                     known = " or ".join(costmap.clearable) or "none: no layer of this costmap looks at scans"
                     raise ConfigError(f"{option}: expected {known}, got {name!r}, at which Nav2's clear fails")
         return self
+
+    @property
+    def costmaps(self) -> dict[str, CostmapParams]:
+        """Both costmaps by their names."""
+        return {"local_costmap": self.local_costmap, "global_costmap": self.global_costmap}
 
     @property
     def command_rate(self) -> float:
