@@ -3,11 +3,10 @@
 from __future__ import annotations
 
 import argparse
-import json
 
 from evolution.commands import options
 from evolution.commands.catalogue import KINDS
-from evolution.commands.console import print_table
+from evolution.commands.console import print_json, print_table
 from evolution.files import Table
 from gym_mapbench.errors import refuse_unknown
 
@@ -34,7 +33,7 @@ def run(args: argparse.Namespace) -> int:
     }
     if args.format == "json":
         whole = [{"kind": kind, **row, "named in": KINDS[kind].option} for kind in kinds for row in rows[kind]]
-        print(json.dumps(whole, indent=1))
+        print_json(whole)
         return 0
     for kind in kinds:
         print_table(Table(rows[kind], f"{kind}, for {KINDS[kind].option}"))
