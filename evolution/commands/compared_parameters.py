@@ -16,7 +16,6 @@ from evolution.benchmark import (
     differences_in_words,
     read_rule,
     read_sweep,
-    score_rows,
     sweep,
     swept_controllers,
     table_of_compared,
@@ -158,9 +157,8 @@ def _print(result: ParameterComparison, form: str) -> None:
         print(result.to_json() if form == "json" else result.table("runs").to_csv(), end="")
         return
     _print_lines(verdict_of_comparison(result))
-    sides = result.sides
-    if len(sides) <= MOST_COLUMNS:
-        print_table(table_of_scores([score_rows(rows, [side])[0] for side, rows in sides.items()]))
+    if len(result.sides) <= MOST_COLUMNS:
+        print_table(table_of_scores(result.table()))
         print_table(result.table("maps"))
     else:
         print_table(table_of_compared(result))

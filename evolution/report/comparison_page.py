@@ -65,10 +65,9 @@ def write_comparison_report(result: ParameterComparison, page: Path, arguments: 
 
 
 def _sections(result: ParameterComparison) -> list[Section]:
-    scores = table_of_scores([score_rows(rows, [side])[0] for side, rows in result.sides.items()])
     swept = result.configurations[0].values is not None
-    tables = [page_table("Configurations", table_of_compared(result) if swept else scores)]
-    tables.append(page_table("Pairs", table_of_comparisons(result)))
+    scores = table_of_compared(result) if swept else table_of_scores(result.table())
+    tables = [page_table("Configurations", scores), page_table("Pairs", table_of_comparisons(result))]
     return [
         *([Section("Sweep", figures=[_figure(result)], id="sweep")] if swept else []),
         Section("Tables", [INTERVALS], tables, id="tables"),
