@@ -14,11 +14,6 @@ Limits = dict[str, float]
 """Limit of a robot, by its name in :class:`~gym_mapbench.world.robot.RobotSpec` -> its value, SI units."""
 
 
-def _no_advice(params: Mapping[str, Any]) -> str:
-    """Advise nothing."""
-    return ""
-
-
 def _no_forms(group: Mapping[str, Any]) -> Mapping[str, tuple[Release, ...]]:
     """Find no key: every release starts with the section."""
     return {}
@@ -51,7 +46,7 @@ class Nav2Controller(RosPlugin):
     make: Callable[[Any], PathFollower]
     limits: Callable[[Mapping[str, Any]], Limits]
     relative_cost: float
-    advice: Callable[[Mapping[str, Any]], str] = _no_advice
+    advice: Callable[[Mapping[str, Any]], str]
     old_critics: Mapping[Release, Mapping[str, str]] = field(default_factory=dict)
     exchanged: Mapping[str, tuple[str, Mapping[str, str]]] = field(default_factory=dict)
     needs_no_section: bool = False

@@ -8,7 +8,7 @@ from typing import Any, ClassVar, Self
 from pydantic import field_validator, model_validator
 
 from controllers.releases import RELEASES, Release
-from gym_mapbench.errors import ConfigError, unknown_name
+from gym_mapbench.errors import ConfigError, refuse_unknown
 from gym_mapbench.ros_params import nest_dotted, overlay, value_at
 from gym_mapbench.settings import Settings
 
@@ -70,8 +70,7 @@ class SettingsWithCritics(ReleaseSettings):
         if not value:
             raise ConfigError(f"expected at least one of {', '.join(names)}, got none")
         for name in value:
-            if name not in names:
-                raise unknown_name("critic", name, names)
+            refuse_unknown("critic", name, names)
         return value
 
     @property

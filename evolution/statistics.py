@@ -18,8 +18,14 @@ from numpy.typing import ArrayLike, NDArray
 
 from gym_mapbench.errors import ConfigError
 
+CONFIDENCE = 0.95
+"""Confidence of all intervals."""
+TAILS = (1.0 - CONFIDENCE) / 2, (1.0 + CONFIDENCE) / 2
+"""Shares below the ends of an interval."""
 FEWEST_FOR_INTERVAL = 5
 """Fewest values for a bootstrap interval; fewer give too few different resamples to bound anything."""
+RESAMPLES = 2000
+"""Resamples of a bootstrap interval."""
 
 
 @dataclass(frozen=True)
@@ -72,10 +78,10 @@ class TestResult:
         )
 
 
-def summarize(values: ArrayLike, confidence: float = 0.95) -> Summary:
+def summarize(values: ArrayLike) -> Summary:
     """Summarise one sample; the interval is that of :func:`median_interval`."""
     sample = np.asarray(values, dtype=float)
-    low, high = median_interval(sample, confidence)
+    low, high = median_interval(sample)
     spread = float(sample.std(ddof=1)) if len(sample) > 1 else np.nan
     return Summary(
         n=len(sample),
@@ -89,7 +95,7 @@ def summarize(values: ArrayLike, confidence: float = 0.95) -> Summary:
     )
 
 
-def median_interval(values: ArrayLike, confidence: float = 0.95) -> tuple[float, float]:
+def median_interval(values: ArrayLike) -> tuple[float, float]:
     """Percentile bootstrap interval of the median; NaN for fewer than :data:`FEWEST_FOR_INTERVAL` values.
 
     It is exact: the distribution of the median of all possible resamples is computed and not sampled (Efron, "Bootstrap
@@ -102,7 +108,7 @@ def median_interval(values: ArrayLike, confidence: float = 0.95) -> tuple[float,
     medians, chances = _medians_of_resamples(ordered)
     order = np.argsort(medians, kind="stable")
     cumulated = np.cumsum(chances[order])
-    places = np.searchsorted(cumulated, [(1.0 - confidence) / 2, (1.0 + confidence) / 2])
+    places = np.searchsorted(cumulated, TAILS)
     low, high = medians[order][np.minimum(places, len(medians) - 1)]
     return float(low), float(high)
 
@@ -126,23 +132,21 @@ def _medians_of_resamples(ordered: NDArray[np.float64]) -> tuple[NDArray[np.floa
     return (ordered[first] + ordered[second]) / 2, chances[first, second]
 
 
-def wilson_interval(successes: int, n: int, confidence: float = 0.95) -> tuple[float, float]:
+def wilson_interval(successes: int, n: int) -> tuple[float, float]:
     """Wilson's interval of a share; (0, 1) if there is no trial.
 
     Source: Newcombe (1998), method 3. These are the bits of ``scipy.stats``, which takes a second to import.
     """
     if n == 0:
         return 0.0, 1.0
-    z = float(scipy.special.ndtri(0.5 + 0.5 * confidence))
+    z = float(scipy.special.ndtri(0.5 + 0.5 * CONFIDENCE))
     share, scale = successes / n, 2 * (n + z**2)
     middle = (2 * n * share + z**2) / scale
     reach = z / scale * math.sqrt(4 * n * share * (1 - share) + z**2)
     return 0.0 if successes == 0 else middle - reach, 1.0 if successes == n else middle + reach
 
 
-def bootstrap_interval(
-    values: ArrayLike, rng: np.random.Generator, confidence: float = 0.95, resamples: int = 2000
-) -> tuple[float, float]:
+def bootstrap_interval(values: ArrayLike, rng: np.random.Generator) -> tuple[float, float]:
     """Percentile bootstrap interval of the mean.
 
     Raises:
@@ -151,8 +155,8 @@ def bootstrap_interval(
     sample = np.asarray(values, dtype=float)
     if len(sample) == 0:
         raise ConfigError("bootstrap: expected at least one value, got none")
-    drawn = sample[rng.integers(0, len(sample), (resamples, len(sample)))]
-    low, high = np.quantile(drawn.mean(axis=1), [(1 - confidence) / 2, (1 + confidence) / 2])
+    drawn = sample[rng.integers(0, len(sample), (RESAMPLES, len(sample)))]
+    low, high = np.quantile(drawn.mean(axis=1), TAILS)
     return float(low), float(high)
 
 
@@ -247,18 +251,18 @@ def friedman(table: ArrayLike, methods: Sequence[str]) -> TestResult:
     return TestResult("Friedman", tuple(methods), (problems,) * count, statistic, p_value, agreement, "Kendall's W")
 
 
-def critical_difference(table: ArrayLike, alpha: float = 0.05) -> tuple[NDArray[np.float64], float]:
+def critical_difference(table: ArrayLike) -> tuple[NDArray[np.float64], float]:
     """Mean ranks ``(methods,)`` (1 = smallest value) and Nemenyi's critical difference (Demsar 2006)."""
     from scipy import stats
 
     values = np.asarray(table, dtype=float)
     problems, count = values.shape
     ranks = stats.rankdata(values, axis=1).mean(axis=0)
-    q = stats.studentized_range.ppf(1 - alpha, count, np.inf) / np.sqrt(2)
+    q = stats.studentized_range.ppf(CONFIDENCE, count, np.inf) / np.sqrt(2)
     return ranks, float(q * np.sqrt(count * (count + 1) / (6 * problems)))
 
 
-def rank_correlation(first: ArrayLike, second: ArrayLike, confidence: float = 0.95) -> tuple[float, float, float]:
+def rank_correlation(first: ArrayLike, second: ArrayLike) -> tuple[float, float, float]:
     """Spearman's rho with an approximate interval by Fisher's transformation (Bonett and Wright 2000).
 
     Returns:
@@ -275,7 +279,7 @@ def rank_correlation(first: ArrayLike, second: ArrayLike, confidence: float = 0.
     rho = float(stats.spearmanr(a, b).statistic)
     if len(a) < 5:
         return rho, -1.0, 1.0
-    spread = np.sqrt((1 + rho**2 / 2) / (len(a) - 3)) * stats.norm.ppf((1 + confidence) / 2)
+    spread = np.sqrt((1 + rho**2 / 2) / (len(a) - 3)) * stats.norm.ppf(TAILS[1])
     middle = np.arctanh(np.clip(rho, -0.999999999, 0.999999999))
     return rho, float(np.tanh(middle - spread)), float(np.tanh(middle + spread))
 

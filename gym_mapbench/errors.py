@@ -17,7 +17,7 @@
 from __future__ import annotations
 
 import difflib
-from collections.abc import Iterable
+from collections.abc import Collection, Iterable
 
 NEAR = 0.6
 """Similarity, 0 to 1, from which on a name counts as a misspelling of another."""
@@ -120,3 +120,13 @@ def unknown_name(what: str, name: object, valid: Iterable[str]) -> ConfigError:
     near = nearest_name(str(name), names)
     hint = f"; did you mean {near!r}?" if near else ""
     return ConfigError(f"unknown {what} {str(name)!r}{hint} (expected one of: {', '.join(names)})")
+
+
+def refuse_unknown(what: str, name: object, valid: Collection[str]) -> None:
+    """Refuse a name that is not in ``valid``; the arguments are those of :func:`unknown_name`.
+
+    Raises:
+        ConfigError: With the nearest valid name.
+    """
+    if name not in valid:
+        raise unknown_name(what, name, valid)

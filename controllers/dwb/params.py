@@ -43,9 +43,6 @@ ROS_ONLY_KEYS = frozenset(
 )
 """Keys of a DWB section that only ROS or other plugins read; DWB's commands do not depend on them."""
 
-RENAMED_KEYS: dict[str, str] = {}
-"""Name in newer releases -> name in Humble and Jazzy; DWB's parameters have kept their names."""
-
 PLAN_WINDOW: dict[str, Any] = {
     "prune_plan": True,
     "prune_distance": 2.0,

@@ -3,11 +3,12 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
+from functools import partial
 from typing import Any
 
-from controllers.descriptor import Limits, Nav2Controller, named_limits
+from controllers.descriptor import Nav2Controller, named_limits
 from controllers.dwb.controller import DwbFollower
-from controllers.dwb.params import RENAMED_KEYS, ROS_ONLY_KEYS, DwbParams
+from controllers.dwb.params import ROS_ONLY_KEYS, DwbParams
 from gym_mapbench.ros_params import Keys, Section, in_every_release
 
 LONGEST_AHEAD = 1.2
@@ -33,11 +34,6 @@ def adapt(section: Section) -> None:
             )
 
 
-def limits(params: Mapping[str, Any]) -> Limits:
-    """Return the limits of the robot that DWB's parameters state."""
-    return named_limits(params, LIMITS)
-
-
 def advice(params: Mapping[str, Any]) -> str:
     """Say that the end of the local plan may lie behind a wall; Lyrical measures it along the path."""
     ahead = 0.0 if params["release"] == "lyrical" else params["forward_prune_distance"]
@@ -53,10 +49,10 @@ DWB = Nav2Controller(
     in_every_release("dwb_core::DWBLocalPlanner"),
     "DWB",
     DwbParams,
-    Keys(ros_only=ROS_ONLY_KEYS, renamed=RENAMED_KEYS),
+    Keys(ros_only=ROS_ONLY_KEYS),
     adapt=adapt,
     make=DwbFollower,
-    limits=limits,
+    limits=partial(named_limits, sources=LIMITS),
     advice=advice,
     relative_cost=3.0,
 )

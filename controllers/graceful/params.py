@@ -16,9 +16,6 @@ from gym_mapbench.quantities import Natural, NonNegative, Positive
 ROS_ONLY_KEYS = frozenset({"plugin", "transform_tolerance"})
 """Keys of a parameter file that mean nothing without ROS: listed as ignored."""
 
-RENAMED_KEYS: dict[str, str] = {}
-"""Name in newer releases -> name in Humble and Jazzy."""
-
 _ONE_TARGET = "Humble has one target, at motion_target_dist"
 _NEWER = {
     "use_collision_detection": "collisions are always looked for",

@@ -8,7 +8,7 @@ from typing import Any
 
 from controllers.descriptor import Limits, Nav2Controller, highest, named_limits
 from controllers.graceful.lyrical import make_graceful
-from controllers.graceful.params import RENAMED_KEYS, ROS_ONLY_KEYS, GracefulParams
+from controllers.graceful.params import ROS_ONLY_KEYS, GracefulParams
 from gym_mapbench.ros_params import Keys, in_every_release
 
 TARGET = {"humble": "motion_target_dist"}
@@ -40,7 +40,7 @@ GRACEFUL = Nav2Controller(
     in_every_release("nav2_graceful_controller::GracefulController"),
     "the Graceful Controller",
     GracefulParams,
-    Keys(ros_only=ROS_ONLY_KEYS, renamed=RENAMED_KEYS),
+    Keys(ros_only=ROS_ONLY_KEYS),
     make=make_graceful,
     limits=limits,
     advice=advice,

@@ -15,7 +15,7 @@ from pydantic import Field, field_validator, model_validator
 
 from controllers.learned.kernels import free_arcs
 from gym_mapbench.env.config import EnvConfig
-from gym_mapbench.errors import ConfigError, unknown_name
+from gym_mapbench.errors import ConfigError, refuse_unknown
 from gym_mapbench.quantities import Count, NonNegative, Positive
 from gym_mapbench.settings import Settings
 
@@ -70,8 +70,7 @@ class EncodingSettings(Settings):
     @classmethod
     def _known(cls, value: tuple[str, ...]) -> tuple[str, ...]:
         for name in value:
-            if name not in FEATURES:
-                raise unknown_name("feature", name, FEATURES)
+            refuse_unknown("feature", name, FEATURES)
         if not value or len(set(value)) < len(value):
             raise ConfigError(f"expected at least one feature, each once, got {value}")
         return value

@@ -3,9 +3,10 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
+from functools import partial
 from typing import Any
 
-from controllers.descriptor import Limits, Nav2Controller, named_limits
+from controllers.descriptor import Nav2Controller, named_limits
 from controllers.mppi.controller import MppiFollower
 from controllers.mppi.motion_model import arrange, forms, take_motion_model
 from controllers.mppi.params import RENAMED_KEYS, ROS_ONLY_KEYS, MppiParams
@@ -101,11 +102,6 @@ def _refuse_critics_of(release: Release, section: Section) -> None:
             )
 
 
-def limits(params: Mapping[str, Any]) -> Limits:
-    """Return the limits of the robot that MPPI's parameters state."""
-    return named_limits(params, LIMITS)
-
-
 def advice(params: Mapping[str, Any]) -> str:
     """Say that PathFollowCritic may be off, which only Humble's can be, or that samples are narrow.
 
@@ -162,7 +158,7 @@ MPPI = Nav2Controller(
     arrange=arrange,
     forms=forms,
     make=MppiFollower,
-    limits=limits,
+    limits=partial(named_limits, sources=LIMITS),
     advice=advice,
     relative_cost=4.0,
     old_critics=OLD_CRITICS,

@@ -10,7 +10,6 @@ from typing import Any
 from controllers.nav2_params.filter_servers import INFO_SERVERS, MASK_SERVERS
 from controllers.nav2_params.filters_section import ABSOLUTE, CLASSES, LIMIT_TOPIC, PERCENT, USUAL_LIMIT_TOPIC
 from controllers.nav2_params.navigation import NavigationParams
-from controllers.nav2_params.nodes import COSTMAPS
 from controllers.releases import Release
 from gym_mapbench.costmap import CostmapParams, FilterMask, KeepoutFilter, SpeedFilter
 from gym_mapbench.mapio import Occupancy, occupancy_files
@@ -58,8 +57,8 @@ def mask_files(navigation: NavigationParams) -> dict[str, str | bytes]:
 
 def _named(navigation: NavigationParams) -> Iterator[tuple[str, Filter]]:
     """Yield all filters, each with a name that no other has."""
-    for where in COSTMAPS:
-        for name, each in _filters(getattr(navigation, where)):
+    for where, costmap in navigation.costmaps.items():
+        for name, each in _filters(costmap):
             yield _name(where, name), each
 
 

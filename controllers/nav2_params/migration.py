@@ -59,8 +59,8 @@ class Migration:
     text: str
     source: Release
     target: Release
-    done: tuple[str, ...] = ()
-    lost: tuple[str, ...] = ()
+    done: tuple[str, ...]
+    lost: tuple[str, ...]
 
 
 def migrate_file(path: str | Path, target: Release, source: Release | None = None) -> Migration:

@@ -39,7 +39,7 @@ class Work:
     edits: Edits
     source: Release
     target: Release
-    kilted: bool = False
+    kilted: bool
     done: list[str] = field(default_factory=list)
     lost: list[str] = field(default_factory=list)
 

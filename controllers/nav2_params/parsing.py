@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 from typing import Any
 
 from controllers.nav2_params import keys
@@ -70,13 +70,13 @@ class Nav2Params:
     """
 
     navigation: NavigationParams
-    recognition: Recognition = field(default_factory=lambda: Recognition("humble"))
-    findings: tuple[Finding, ...] = ()
-    defaulted: tuple[str, ...] = ()
-    foreign: Mapping[str, str] = field(default_factory=dict)
-    asked_for: str = ""
-    document: Document = field(default_factory=lambda: Document(None))
-    ros_only: Mapping[str, Any] = field(default_factory=dict)
+    recognition: Recognition
+    findings: tuple[Finding, ...]
+    defaulted: tuple[str, ...]
+    foreign: Mapping[str, str]
+    asked_for: str
+    document: Document
+    ros_only: Mapping[str, Any]
 
     def named(self, kind: Kind) -> tuple[str, ...]:
         """Return the full names of all findings of one kind."""

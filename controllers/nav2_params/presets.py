@@ -8,7 +8,7 @@ from typing import Any
 from controllers.nav2_params.navigation import NavigationParams
 from controllers.nav2_params.parsing import parse_nav2_params
 from controllers.releases import RELEASES, Release
-from gym_mapbench.errors import unknown_name
+from gym_mapbench.errors import refuse_unknown
 from gym_mapbench.files.bundled import read_bundled
 from gym_mapbench.ros_params import overlay
 
@@ -26,8 +26,7 @@ def load_preset(name: str) -> NavigationParams:
     Raises:
         ConfigError: If there is no such preset.
     """
-    if name not in PRESETS:
-        raise unknown_name("preset", name, PRESETS)
+    refuse_unknown("preset", name, PRESETS)
     document = read_preset(name)
     release: Release = document.pop("release", "humble")
     return parse_nav2_params(document, release=release).navigation

@@ -30,8 +30,7 @@ def robot_of(read: Nav2Params, base: RobotSpec) -> RobotSpec:
         base: The robot that gives the values missing in the file.
     """
     navigation = read.navigation
-    costmaps = navigation.local_costmap, navigation.global_costmap
-    shape: dict[str, Any] = next((shape for shape in map(_shape, costmaps) if shape), {})
+    shape: dict[str, Any] = next((shape for shape in map(_shape, navigation.costmaps.values()) if shape), {})
     controllers = [navigation.controllers[name] for name in read.own_controllers]
     limits = _smoother_limits(navigation) or highest(
         CONTROLLERS[plugin.kind].limits(plugin.params) for plugin in controllers

@@ -8,10 +8,9 @@ import numpy as np
 
 from controllers.collision_monitor import CollisionMonitor, MonitorPolygon
 from controllers.nav2_params.navigation import NavigationParams
-from controllers.nav2_params.nodes import COSTMAPS
 from controllers.nav2_params.parsing import Nav2Params
 from controllers.nav2_params.plugins import CONTROLLERS, PLANNERS
-from gym_mapbench.costmap import CostmapParams, KeepoutFilter, SpeedFilter
+from gym_mapbench.costmap import KeepoutFilter, SpeedFilter
 from gym_mapbench.costmap.filter_mask import HIGHEST
 from gym_mapbench.ros_params import KINDS, Finding, Kind
 from gym_mapbench.world.robot import RobotSpec
@@ -94,8 +93,7 @@ def _act(polygon: MonitorPolygon) -> str:
 def describe_filters(navigation: NavigationParams) -> list[str]:
     """Describe in a line each what the costmap filters do to a run."""
     lines = []
-    for where in COSTMAPS:
-        costmap: CostmapParams = getattr(navigation, where)
+    for where, costmap in navigation.costmaps.items():
         lines += [f"{name} ({where}) {_keep_out(each)}" for name, each in costmap.keepout_filters.items()]
         lines += [f"{name} ({where}) {_slow_down(each)}" for name, each in costmap.speed_filters.items()]
     return lines

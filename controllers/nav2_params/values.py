@@ -15,6 +15,7 @@ import yaml
 from controllers.nav2_params.migration import parameter_groups
 from controllers.nav2_params.migration_work import OWN_OF_SHIM
 from controllers.nav2_params.navigation import ControllerPlugin, NavigationParams
+from controllers.nav2_params.nodes import COSTMAPS
 from controllers.nav2_params.plugins import CONTROLLERS, COSTMAP_LAYERS
 from controllers.nav2_params.yaml_edits import Edits, Entry, as_yaml, entries
 from controllers.parameters import SettingsWithCritics
@@ -24,8 +25,6 @@ from gym_mapbench.costmap import CostmapParams
 from gym_mapbench.errors import ConfigError
 from gym_mapbench.files.documents import parse_yaml
 from gym_mapbench.ros_params import known_class, leaves, nest_dotted, overlay
-
-COSTMAPS = ("local_costmap", "global_costmap")
 
 Value = float | int | bool | str
 Values = Mapping[str, Value]
@@ -39,8 +38,7 @@ def values_of(navigation: NavigationParams, controller: str) -> dict[str, Any]:
         controller: The controller, by its name or kind.
     """
     found = dict(leaves(navigation.controller(controller).params))
-    for name in COSTMAPS:
-        costmap: CostmapParams = getattr(navigation, name)
+    for name, costmap in navigation.costmaps.items():
         off = [layer for layer in costmap.layers if not costmap.writes(layer)]
         values = costmap.model_dump(mode="json", exclude_none=True)
         kept = {key: value for key, value in values.items() if key not in off}
@@ -68,7 +66,7 @@ def with_values(navigation: NavigationParams, controller: str, values: Values) -
         ConfigError: If a name or a value is wrong.
     """
     nested = nest_dotted(values)
-    changed = {name: _costmap(getattr(navigation, name), nested.pop(name)) for name in COSTMAPS if name in nested}
+    changed = {name: _costmap(one, nested.pop(name)) for name, one in navigation.costmaps.items() if name in nested}
     plugin = navigation.controller(controller)
     name = next((key for key, one in navigation.controllers.items() if one is plugin), controller)
     own = ControllerPlugin(kind=plugin.kind, params=overlay(plugin.params, nested))

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
-from controllers.nav2_params.navigation import LatencyModel
+from controllers.behaviors import LatencyModel
 
 
 @dataclass(frozen=True)

@@ -136,8 +136,7 @@ class Navigator:
 
     @property
     def _observing_costmaps(self) -> tuple[CostmapParams, ...]:
-        both = self.params.local_costmap, self.params.global_costmap
-        return tuple(costmap for costmap in both if costmap.observes)
+        return tuple(costmap for costmap in self.params.costmaps.values() if costmap.observes)
 
     def check_frequency(self, control_period: float) -> None:
         """Refuse an env that is slower than the controller server.

@@ -20,8 +20,8 @@ def speed_limiter(follower: PathFollower, params: NavigationParams) -> SetSpeedL
     setter: SetSpeedLimit | None = getattr(follower, "set_speed_limit", None)
     if setter is not None:
         return setter
-    for name in ("local_costmap", "global_costmap"):
-        if getattr(params, name).speed_filters:
+    for name, costmap in params.costmaps.items():
+        if costmap.speed_filters:
             kind = type(follower).__name__
             raise ConfigError(f"{name}.speed_filters: expected a controller with set_speed_limit, got {kind}")
     return _no_limits

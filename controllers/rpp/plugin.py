@@ -3,9 +3,10 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
+from functools import partial
 from typing import Any
 
-from controllers.descriptor import Limits, Nav2Controller, named_limits
+from controllers.descriptor import Nav2Controller, named_limits
 from controllers.releases import Release
 from controllers.rpp.lyrical import make_rpp
 from controllers.rpp.params import RENAMED_KEYS, ROS_ONLY_KEYS, RppParams
@@ -18,11 +19,6 @@ TURNING = {
     "max_angular_acceleration": "max_angular_accel",
 }
 """Limit of the robot -> the parameter that states it; the Rotation Shim has parameters of the same names."""
-
-
-def limits(params: Mapping[str, Any]) -> Limits:
-    """Return the limits of the robot that the parameters state."""
-    return named_limits(params, {"max_linear_velocity": "desired_linear_vel", **TURNING})
 
 
 def adapt(section: Section) -> None:
@@ -67,7 +63,7 @@ RPP = Nav2Controller(
     adapt=adapt,
     arrange=arrange,
     make=make_rpp,
-    limits=limits,
+    limits=partial(named_limits, sources={"max_linear_velocity": "desired_linear_vel", **TURNING}),
     advice=advice,
     relative_cost=1.0,
 )

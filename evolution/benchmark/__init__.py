@@ -34,7 +34,7 @@ from evolution.benchmark.parameter_sweep import SweptParameter, read_sweep, swee
 from evolution.benchmark.reading import read_bench
 from evolution.benchmark.reevaluation import reevaluation_in, reevaluation_sentence
 from evolution.benchmark.rules import MEASURES, Rule, broken, read_rule, runs_by_controller
-from evolution.benchmark.runs import BENCH, Benchmark, bench, bench_row
+from evolution.benchmark.runs import BENCH, Benchmark, BenchResult, bench, bench_row
 from evolution.benchmark.scores import pair_rows, score_rows
 from evolution.benchmark.summary import table_of_compared, table_of_comparisons, table_of_pairs, table_of_scores
 from evolution.benchmark.time_lost import TimeLost, time_lost, without_people
@@ -46,6 +46,7 @@ __all__ = [
     "PREFIX",
     "RULED",
     "BarnScore",
+    "BenchResult",
     "Benchmark",
     "Comparison",
     "Configuration",

@@ -8,17 +8,16 @@ from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import asdict, dataclass
 from functools import cached_property
 from itertools import combinations
-from pathlib import Path
 from typing import Any
 
 from evolution.benchmark.directory import benchmark_document
 from evolution.benchmark.paired import compare_rows
-from evolution.benchmark.runs import BENCH, BENCH_TABLE, bench_row
+from evolution.benchmark.runs import BenchResult, bench_row
 from evolution.benchmark.scores import score_rows
 from evolution.driving import Evaluator, JobPlan, OnRun
-from evolution.files import Row, Table, Tabled, write_text
+from evolution.files import Row, Table
 from evolution.statistics import holm
-from gym_mapbench.errors import ConfigError, unknown_name
+from gym_mapbench.errors import ConfigError, refuse_unknown
 from gym_mapbench.world.scenario import Scenario
 
 COMPARED_TABLES = ("configurations", "pairs", "maps", "parameters", "runs")
@@ -40,7 +39,7 @@ class Configuration:
 
 
 @dataclass(frozen=True)
-class ParameterComparison(Tabled):
+class ParameterComparison(BenchResult):
     """The runs of several configurations on the same maps.
 
     Args:
@@ -103,8 +102,7 @@ class ParameterComparison(Tabled):
         Raises:
             ConfigError: If there is no such table.
         """
-        if (name or "configurations") not in COMPARED_TABLES:
-            raise unknown_name("table", name, COMPARED_TABLES)
+        refuse_unknown("table", name or "configurations", COMPARED_TABLES)
         if name == "pairs":
             return Table(self.pairs)
         if name == "maps":
@@ -120,15 +118,6 @@ class ParameterComparison(Tabled):
             "against_first": self.against_first,
         }
         return json.dumps(document, indent=1, allow_nan=False) + "\n"
-
-    def save(self, directory: Path) -> None:
-        """Write ``bench.json`` and ``bench.csv``.
-
-        Raises:
-            RunError: If they cannot be written.
-        """
-        write_text(directory / BENCH, self.to_json())
-        write_text(directory / BENCH_TABLE, self.table("runs").to_csv())
 
     def _scores(self) -> list[Row]:
         scores = [score_rows(rows, [side])[0] for side, rows in self.sides.items()]

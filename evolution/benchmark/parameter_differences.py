@@ -7,7 +7,6 @@ from typing import Any
 
 from controllers.nav2_params import write_nav2_params
 from controllers.nav2_params.filters_writing import filter_values
-from controllers.nav2_params.values import COSTMAPS
 from evolution.benchmark.configurations import Configuration
 from evolution.driving import JobPlan
 from evolution.files import Row
@@ -37,11 +36,10 @@ def keys_of(plan: JobPlan) -> dict[str, str]:
     A costmap filter has its mask and the numbers of its info server under its own name.
     """
     navigation, world = plan.settings.navigation, plan.settings.environment.model_dump(mode="json", exclude_none=True)
-    costmaps = {name: getattr(navigation, name) for name in COSTMAPS}
-    bare = {name: one.replace(**{kind: {} for kind in FILTERS}) for name, one in costmaps.items()}
+    bare = {name: one.replace(**{kind: {} for kind in FILTERS}) for name, one in navigation.costmaps.items()}
     document = write_nav2_params(navigation.replace(**bare), use_sim_time=True)
     keys = {_short(name): value for name, value in leaves(document)}
-    keys |= dict(leaves({name: filter_values(one) for name, one in costmaps.items()}))
+    keys |= dict(leaves({name: filter_values(one) for name, one in navigation.costmaps.items()}))
     others = tuple(f"{SERVER}{name}." for name in {*navigation.controllers} - {*_running(plan)})
     kept = {name: value for name, value in keys.items() if not name.startswith(others)}
     kept.pop(f"{SERVER}controller_plugins", None)

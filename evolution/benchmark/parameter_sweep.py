@@ -7,7 +7,8 @@ import math
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 
-from controllers.nav2_params.values import COSTMAPS, values_of, with_values
+from controllers.nav2_params.nodes import COSTMAPS
+from controllers.nav2_params.values import values_of, with_values
 from evolution.benchmark.configurations import Configuration
 from evolution.driving import JobPlan
 from gym_mapbench.errors import ConfigError, unknown_name

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 import math
+from abc import abstractmethod
 from collections import Counter
 from collections.abc import Sequence
 from dataclasses import dataclass
@@ -15,15 +16,37 @@ from evolution.benchmark.scores import pair_rows, score_rows
 from evolution.driving import Evaluator, Job, JobPlan, OnRun, RunResult
 from evolution.files import Row, Table, Tabled, write_text
 from evolution.runs import Reevaluation
-from gym_mapbench.errors import unknown_name
+from gym_mapbench.errors import refuse_unknown
 from gym_mapbench.world.scenario import Scenario
 
 BENCH, BENCH_TABLE = "bench.json", "bench.csv"
 TABLES = ("summary", "runs", "controllers", "pairs")
 
 
+class BenchResult(Tabled):
+    """The runs of a benchmark or of a comparison, and the files that hold them."""
+
+    @abstractmethod
+    def to_json(self) -> str:
+        """Return all results as one JSON object as text."""
+
+    @property
+    def files(self) -> dict[str, str]:
+        """The content of ``bench.json`` and ``bench.csv``, by name."""
+        return {BENCH: self.to_json(), BENCH_TABLE: self.table("runs").to_csv()}
+
+    def save(self, directory: Path) -> None:
+        """Write ``bench.json`` and ``bench.csv``.
+
+        Raises:
+            RunError: If they cannot be written.
+        """
+        for name, content in self.files.items():
+            write_text(directory / name, content)
+
+
 @dataclass(frozen=True)
-class Benchmark(Tabled):
+class Benchmark(BenchResult):
     """The runs of a benchmark.
 
     Args:
@@ -53,8 +76,7 @@ class Benchmark(Tabled):
         Raises:
             ConfigError: If there is no such table.
         """
-        if (name or "summary") not in TABLES:
-            raise unknown_name("table", name, TABLES)
+        refuse_unknown("table", name or "summary", TABLES)
         if name in ("controllers", "pairs"):
             names = list(dict.fromkeys(row["controller"] for row in self.rows))
             return Table((score_rows if name == "controllers" else pair_rows)(self.rows, names))
@@ -77,15 +99,6 @@ class Benchmark(Tabled):
             orders = list(self.reevaluation.ranks_kept)
             document["map_set"] = {"fitness": fitness, "order_kept": orders}
         return json.dumps(document, indent=1, allow_nan=False) + "\n"
-
-    def save(self, directory: Path) -> None:
-        """Write ``bench.json`` and ``bench.csv``.
-
-        Raises:
-            RunError: If they cannot be written.
-        """
-        write_text(directory / BENCH, self.to_json())
-        write_text(directory / BENCH_TABLE, self.table("runs").to_csv())
 
     def _groups(self) -> list[list[Row]]:
         """Runs by map and controller."""

@@ -11,7 +11,6 @@ from evolution.benchmark import (
     MEASURES,
     BarnScore,
     Benchmark,
-    broken,
     correlation_with,
     official_lengths,
     read_rule,
@@ -23,7 +22,7 @@ from evolution.benchmark import (
     table_of_scores,
 )
 from evolution.commands import driving_options, options
-from evolution.commands.compared_parameters import RULE_BROKEN, add_options, is_comparison, run_comparison
+from evolution.commands.compared_parameters import add_options, is_comparison, report_broken, run_comparison
 from evolution.commands.console import console, errors, note, only_results_on_stdout, print_table
 from evolution.commands.progress import WorkBar
 from evolution.inputs import barn_source, run_of, world_of
@@ -137,10 +136,7 @@ def run(args: argparse.Namespace) -> int:
     if page is not None:
         write_benchmark_report(result, page, driving_options.repeatable(args.given), as_set)
         note(f"wrote {page}; open it in any browser")
-    failed = broken(rules, runs_by_controller(result.rows, [one.name for one in controllers]))
-    for line in failed:
-        errors.print(f"mapbench bench: --fail-if {line}")
-    return RULE_BROKEN if failed else 0
+    return report_broken(rules, runs_by_controller(result.rows, [one.name for one in controllers]))
 
 
 def _official_lengths(args: argparse.Namespace) -> dict[str, float]:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import argparse
-from collections.abc import Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from pathlib import Path
 
 from controllers.nav2_params import PRESETS
@@ -11,11 +11,11 @@ from evolution.api import compare
 from evolution.benchmark import (
     Configuration,
     ParameterComparison,
+    Rule,
     broken,
     differences_in_words,
     read_rule,
     read_sweep,
-    score_rows,
     sweep,
     swept_controllers,
     table_of_compared,
@@ -27,6 +27,7 @@ from evolution.commands import driving_options, options
 from evolution.commands.console import console, errors, note, only_results_on_stdout, print_table
 from evolution.commands.progress import WorkBar
 from evolution.driving import JobPlan
+from evolution.files import Row
 from evolution.inputs import barn_source, run_of, world_of
 from evolution.report import new_page, write_comparison_report
 from evolution.runs import LoadedRun
@@ -97,7 +98,12 @@ def run_comparison(args: argparse.Namespace) -> int:
     if page is not None:
         write_comparison_report(result, page, driving_options.repeatable(args.given))
         note(f"wrote {page}; open it in any browser")
-    failed = broken(rules, {**result.sides, **result.by_label})
+    return report_broken(rules, {**result.sides, **result.by_label})
+
+
+def report_broken(rules: Iterable[Rule], runs: Mapping[str, Sequence[Row]]) -> int:
+    """Print the rules of ``--fail-if`` that runs break, by owner; return the exit code."""
+    failed = broken(rules, runs)
     for line in failed:
         errors.print(f"mapbench bench: --fail-if {line}")
     return RULE_BROKEN if failed else 0
@@ -151,9 +157,8 @@ def _print(result: ParameterComparison, form: str) -> None:
         print(result.to_json() if form == "json" else result.table("runs").to_csv(), end="")
         return
     _print_lines(verdict_of_comparison(result))
-    sides = result.sides
-    if len(sides) <= MOST_COLUMNS:
-        print_table(table_of_scores([score_rows(rows, [side])[0] for side, rows in sides.items()]))
+    if len(result.sides) <= MOST_COLUMNS:
+        print_table(table_of_scores(result.table()))
         print_table(result.table("maps"))
     else:
         print_table(table_of_compared(result))

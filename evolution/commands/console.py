@@ -3,10 +3,12 @@
 from __future__ import annotations
 
 import ctypes
+import json
 import logging
+import math
 import os
 import sys
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping
 from contextlib import contextmanager, redirect_stdout
 from typing import Any
 
@@ -87,6 +89,19 @@ def say(line: str) -> None:
     """Print a line of progress on standard output, where no bar shows it."""
     if not notes.is_terminal and not notes.quiet:
         print(visible(line), flush=True)
+
+
+def print_json(document: object) -> None:
+    """Print a document as JSON on standard output, with null in place of numbers that are not finite."""
+    print(json.dumps(_finite(document), indent=1, allow_nan=False))
+
+
+def _finite(value: Any) -> Any:
+    if isinstance(value, Mapping):
+        return {name: _finite(one) for name, one in value.items()}
+    if isinstance(value, list | tuple):
+        return [_finite(one) for one in value]
+    return None if isinstance(value, float) and not math.isfinite(value) else value
 
 
 def note(text: str) -> None:

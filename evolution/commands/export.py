@@ -20,6 +20,7 @@ from gym_mapbench.mapio.conversion import write_maps
 from gym_mapbench.mapio.formats import WRITTEN
 from gym_mapbench.mapio.gazebo import export_gazebo
 from gym_mapbench.mapio.gazebo_navigation import BundledNavigation
+from gym_mapbench.mapio.mesh import WALL_HEIGHT
 
 EXAMPLES = """  mapbench export runs/first --format gazebo --out package
   mapbench export maps.mapset.json --format map_server --out maps
@@ -41,9 +42,9 @@ def add_parser(subparsers: argparse._SubParsersAction[argparse.ArgumentParser]) 
     parser.add_argument(
         "--wall-height",
         type=options.positive_number,
-        default=0.5,
+        default=WALL_HEIGHT,
         metavar="M",
-        help="height of the walls in Gazebo (default 0.5)",
+        help=f"height of the walls in Gazebo (default {WALL_HEIGHT:g})",
     )
     driving_options.add_controllers_option(parser, WHO)
     options.add_task_options(parser)

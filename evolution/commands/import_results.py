@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import argparse
-import json
 import math
 from dataclasses import asdict
 
@@ -11,7 +10,7 @@ from rich.table import Table
 
 from evolution.benchmark import Benchmark, Comparison, compare, our_times, times_of_results
 from evolution.commands import options
-from evolution.commands.console import console
+from evolution.commands.console import console, print_json
 from evolution.results import kind_of, load
 from evolution.runs import LoadedRun
 from gym_mapbench.errors import RunError
@@ -41,7 +40,7 @@ def run(args: argparse.Namespace) -> int:
     comparison = compare(our_times(_ours(args.ours)), times_of_results(results))
     touched = sum(bool(result.contacts) for result in results)
     if args.format == "json":
-        print(json.dumps({**_document(comparison), "touched": touched}, indent=1, allow_nan=False))
+        print_json({**_document(comparison), "touched": touched})
         return 0
     _print(comparison)
     if touched:
@@ -64,18 +63,12 @@ def _ours(path: str) -> LoadedRun | Benchmark:
 
 
 def _document(comparison: Comparison) -> dict[str, object]:
-    pairs = [{**asdict(pair), "ratio": pair.ratio} for pair in comparison.pairs]
-    rho, low, high = comparison.correlation
     return {
-        "pairs": [{key: _finite(value) for key, value in pair.items()} for pair in pairs],
-        "spearman": {"rho": _finite(rho), "low": _finite(low), "high": _finite(high)},
+        "pairs": [{**asdict(pair), "ratio": pair.ratio} for pair in comparison.pairs],
+        "spearman": dict(zip(("rho", "low", "high"), comparison.correlation, strict=True)),
         "order_kept": dict(comparison.order_kept),
         "missing": list(comparison.missing),
     }
-
-
-def _finite(value: object) -> object:
-    return None if isinstance(value, float) and not math.isfinite(value) else value
 
 
 def _print(comparison: Comparison) -> None:

@@ -3,12 +3,12 @@
 from __future__ import annotations
 
 import argparse
-import json
 
 from evolution.commands import options
 from evolution.commands.catalogue import KINDS
-from evolution.commands.console import print_table
+from evolution.commands.console import print_json, print_table
 from evolution.files import Table
+from gym_mapbench.errors import refuse_unknown
 
 EXAMPLES = """  mapbench list                       everything that has a name
   mapbench list controllers noise     some kinds
@@ -25,13 +25,15 @@ def add_parser(subparsers: argparse._SubParsersAction[argparse.ArgumentParser]) 
 
 def run(args: argparse.Namespace) -> int:
     """Print a row for every name."""
-    kinds = [options.one_of("kind", name, KINDS) for name in args.kinds] or list(KINDS)
+    for kind in args.kinds:
+        refuse_unknown("kind", kind, KINDS)
+    kinds = args.kinds or list(KINDS)
     rows = {
         kind: [{"name": name, "what it is": KINDS[kind].about(name)} for name in KINDS[kind].names()] for kind in kinds
     }
     if args.format == "json":
         whole = [{"kind": kind, **row, "named in": KINDS[kind].option} for kind in kinds for row in rows[kind]]
-        print(json.dumps(whole, indent=1))
+        print_json(whole)
         return 0
     for kind in kinds:
         print_table(Table(rows[kind], f"{kind}, for {KINDS[kind].option}"))

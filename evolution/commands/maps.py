@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import argparse
-import json
 import math
 from dataclasses import asdict
 
@@ -11,7 +10,7 @@ from rich.table import Table
 
 from controllers.nav2_params import NavigationParams, load_preset, robot_of
 from evolution.commands import options
-from evolution.commands.console import console
+from evolution.commands.console import console, print_json
 from evolution.commands.parameter_file import add_reading_options, read_parameter_file
 from evolution.commands.sampled_maps import add_draw
 from gym_mapbench.errors import ConfigError
@@ -103,7 +102,7 @@ def run_info(args: argparse.Namespace) -> int:
     shown = scenarios[: args.limit]
     rows = [{"name": scenario.name, **_size(scenario), **_measures(scenario, robot, navigation)} for scenario in shown]
     if args.format == "json":
-        print(json.dumps({"tasks": len(scenarios), "maps": [_finite(row) for row in rows]}, indent=1, allow_nan=False))
+        print_json({"tasks": len(scenarios), "maps": rows})
         return 0
     for row, scenario in zip(rows, shown, strict=True):
         _print_measures(row)
@@ -191,13 +190,7 @@ def run_check(args: argparse.Namespace) -> int:
     """Solve every task; the exit code is 1 if a length differs from the stated optimum."""
     report = check_scen(args.scen)
     if args.format == "json":
-        document = {**asdict(report), "path": str(report.path), "passed": report.passed}
-        print(json.dumps(_finite(document), indent=1, allow_nan=False))
+        print_json({**asdict(report), "path": str(report.path), "passed": report.passed})
     else:
         print(report)
     return 0 if report.passed else 1
-
-
-def _finite(row: dict[str, object]) -> dict[str, object]:
-    """Replace numbers that are not finite by null: JSON has no infinity."""
-    return {key: None if isinstance(value, float) and not math.isfinite(value) else value for key, value in row.items()}

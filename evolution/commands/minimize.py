@@ -10,7 +10,7 @@ from evolution.commands import driving_options, options
 from evolution.commands.console import console, note, only_results_on_stdout, print_table
 from evolution.commands.progress import WorkBar
 from evolution.inputs import run_of, world_of
-from evolution.minimizing import MinimizeSettings
+from evolution.minimizing import TOLERANCE, MinimizeSettings
 from evolution.report import write_minimized_report
 
 EXAMPLES = """  mapbench minimize office.yaml --keep 'mppi fails' --noise nominal --out runs/cause
@@ -19,7 +19,6 @@ EXAMPLES = """  mapbench minimize office.yaml --keep 'mppi fails' --noise nomina
   mapbench minimize hall.yaml --controllers dwb,rpp --keep ratio --tolerance 0.2 --out runs/cause
   mapbench minimize office.yaml --keep 'mppi fails' --out runs/cause --resume      after an interruption"""
 DEFAULTS = MinimizeSettings()
-TOLERANCE = 0.1
 
 
 def add_parser(subparsers: argparse._SubParsersAction[argparse.ArgumentParser]) -> None:

@@ -4,11 +4,10 @@ from __future__ import annotations
 
 import argparse
 import math
-from collections.abc import Iterable, Sequence
+from collections.abc import Sequence
 from typing import Any
 
 from evolution.commands import COMMANDS
-from gym_mapbench.errors import unknown_name
 from gym_mapbench.generator import FAMILIES
 from gym_mapbench.registry import Registry
 from gym_mapbench.world.scenario import Pose
@@ -61,17 +60,6 @@ def _add_common_options(parser: argparse.ArgumentParser) -> None:
         "module:attribute or a model.zip is a program, and is refused without this option; names on the command line "
         "are always accepted",
     )
-
-
-def one_of(what: str, name: str, known: Iterable[str]) -> str:
-    """Return a name that is known.
-
-    Raises:
-        ConfigError: If it is not, with the nearest that is.
-    """
-    if name not in (names := tuple(known)):
-        raise unknown_name(what, name, names)
-    return name
 
 
 def written(names: Sequence[str]) -> str:

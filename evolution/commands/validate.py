@@ -3,12 +3,10 @@
 from __future__ import annotations
 
 import argparse
-import json
-import math
 from collections.abc import Callable, Sequence
 
 from evolution.commands import options
-from evolution.commands.console import errors, print_table
+from evolution.commands.console import errors, print_json, print_table
 from evolution.driving import Resources, available_cores, run_job, warm_up
 from evolution.files import Table
 from evolution.validation import (
@@ -70,7 +68,7 @@ def run(args: argparse.Namespace) -> int:
     """Measure and print; the exit code is 1 if a target is missed."""
     measures, differing = measure(args)
     if args.format == "json":
-        print(json_of(measures, differing))
+        print_json(_document(measures, differing))
     else:
         _print_table(measures)
         for line in differing:
@@ -117,19 +115,10 @@ def measure_navigation(args: argparse.Namespace) -> tuple[list[Measure], list[st
     return measures + closed_loop_measures(episodes), disagreements(episodes)
 
 
-def json_of(measures: Sequence[Measure], differing: Sequence[str]) -> str:
-    """Return one JSON object: every measure with its target, and the runs that ended differently."""
-    document: dict[str, object] = {
-        one.key: {
-            "value": one.value if math.isfinite(one.value) else None,
-            "count": one.count,
-            "worst": one.worst,
-            "target": one.target,
-            "missed": one.missed,
-        }
-        for one in measures
-    }
-    return json.dumps(document | {"disagreements": list(differing)}, indent=1, allow_nan=False)
+def _document(measures: Sequence[Measure], differing: Sequence[str]) -> dict[str, object]:
+    """Return every measure with its target, and the runs that ended differently."""
+    names = ("value", "count", "worst", "target", "missed")
+    return {one.key: {name: getattr(one, name) for name in names} for one in measures} | {"disagreements": differing}
 
 
 def _print_table(measures: Sequence[Measure]) -> None:

@@ -16,7 +16,6 @@ from concurrent.futures import BrokenExecutor, Executor, Future
 from contextlib import suppress
 from dataclasses import replace
 from functools import partial
-from types import TracebackType
 from typing import Self
 
 from evolution.driving.executors import EXECUTORS
@@ -153,9 +152,7 @@ class Evaluator:
     def __enter__(self) -> Self:
         return self
 
-    def __exit__(
-        self, _type: type[BaseException] | None, _error: BaseException | None, _trace: TracebackType | None
-    ) -> None:
+    def __exit__(self, *_error: object) -> None:
         self.close()
 
     def _drive(self, jobs: dict[str, Job]) -> Iterator[tuple[Job, RunResult]]:

@@ -16,7 +16,6 @@ from gym_mapbench.errors import ConfigError
 from gym_mapbench.world.gridmap import GridMap
 
 STATIC = "static_layer"
-COSTMAPS = ("global_costmap", "local_costmap")
 OF_THE_MAP = ("path", "costmap")
 """Keys of the observation that the env makes of the whole map."""
 
@@ -28,7 +27,7 @@ def without_map(navigation: NavigationParams, grid: GridMap) -> NavigationParams
         navigation: With costmaps that :func:`check_sensors` accepts.
         grid: Gives origin and size to costmaps of the whole map.
     """
-    changes: dict[str, Any] = {name: _without_static(getattr(navigation, name), grid) for name in COSTMAPS}
+    changes: dict[str, Any] = {name: _without_static(one, grid) for name, one in navigation.costmaps.items()}
     planner = navigation.planner
     if "allow_unknown" in planner.params:  # other planners treat unknown cells by rules of their own
         changes["planner"] = planner.replace(params={**planner.params, "allow_unknown": True})
@@ -41,8 +40,7 @@ def check_sensors(navigation: NavigationParams) -> None:
     Raises:
         ConfigError: Naming the costmap.
     """
-    for name in COSTMAPS:
-        costmap = getattr(navigation, name)
+    for name, costmap in navigation.costmaps.items():
         if costmap.writes(STATIC) and not costmap.observes:
             raise ConfigError(
                 f"unknown_map: expected an obstacle layer or a voxel layer in the {name}, "

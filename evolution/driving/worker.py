@@ -43,7 +43,7 @@ def try_controllers(specs: Iterable[ControllerSpec], settings: DriveSettings) ->
             frequency or the sensors of the world.
     """
     PLANNERS.for_workers(settings.navigation.planner.name)
-    for costmap in (settings.navigation.local_costmap, settings.navigation.global_costmap):
+    for costmap in settings.navigation.costmaps.values():
         for layer in costmap.plugins:
             LAYERS.for_workers(layer)
     for spec in specs:

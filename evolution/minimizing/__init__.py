@@ -8,10 +8,11 @@ from __future__ import annotations
 
 from evolution.minimizing.results import MINIMIZATION, Minimized, load_minimized
 from evolution.minimizing.running import MinimizeSettings, run_minimizing, smallest_map
-from evolution.minimizing.verdicts import Verdict, read_verdict
+from evolution.minimizing.verdicts import TOLERANCE, Verdict, read_verdict
 
 __all__ = [
     "MINIMIZATION",
+    "TOLERANCE",
     "MinimizeSettings",
     "Minimized",
     "Verdict",

@@ -121,7 +121,7 @@ def smallest_map(
     seeds: int,
     runner: Runner,
     paths: Sequence[Any],
-    on_smaller: OnSmaller = lambda _: None,
+    on_smaller: OnSmaller,
 ) -> Scenario:
     """Return the map without the obstacles that a verdict does not need, without writing anything.
 

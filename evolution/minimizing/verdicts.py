@@ -14,6 +14,8 @@ from gym_mapbench.errors import ConfigError, unknown_name
 Trial = Mapping[str, RunResult]
 """One run of each controller with the same noise, by the controller's name."""
 
+TOLERANCE = 0.1
+"""Default of the largest relative difference from a ratio."""
 CLAUSE = re.compile(r"(?P<name>\S+) (?P<what>fails|succeeds)")
 FORMS = "'CONTROLLER fails', 'CONTROLLER succeeds', several of these joined by 'and', 'order' or 'ratio'"
 
@@ -34,7 +36,7 @@ class Verdict:
     outcomes: Mapping[str, bool]
     order: tuple[str, ...] = ()
     ratio: float = math.nan
-    tolerance: float = 0.1
+    tolerance: float = TOLERANCE
 
     def holds(self, trial: Trial) -> bool:
         """Whether it holds in a trial; a run that ended in an error is neither a success nor a failure."""
@@ -58,7 +60,7 @@ class Verdict:
         return Verdict(self.text, self.outcomes, order_of(trials[0]), ratio, self.tolerance)
 
 
-def read_verdict(text: str, controllers: Sequence[str], tolerance: float = 0.1) -> Verdict:
+def read_verdict(text: str, controllers: Sequence[str], tolerance: float = TOLERANCE) -> Verdict:
     """Read a verdict.
 
     Args:

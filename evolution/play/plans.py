@@ -25,8 +25,9 @@ from controllers.nav2_params import (
     read_nav2_params,
     write_nav2_params,
 )
+from controllers.nav2_params.nodes import COSTMAPS
 from controllers.nav2_params.plugins import CONTROLLERS
-from controllers.nav2_params.values import COSTMAPS, values_of, write_values
+from controllers.nav2_params.values import values_of, write_values
 from controllers.registry import FOLLOWERS
 from controllers.releases import Release
 from evolution.driving import (
@@ -41,7 +42,7 @@ from evolution.driving import (
 from evolution.files import temporary_directory, write_text
 from evolution.play.messages import AskParameters, Session, Variant, WorldSettings
 from gym_mapbench.env.config import EnvConfig
-from gym_mapbench.errors import ConfigError, MapBenchError, unknown_name
+from gym_mapbench.errors import ConfigError, MapBenchError, refuse_unknown, unknown_name
 from gym_mapbench.files.documents import read_document_text
 from gym_mapbench.world.noise import NOISES
 from gym_mapbench.world.robot import ROBOTS, RobotSpec, make_robot
@@ -135,8 +136,7 @@ def settings_of(world: WorldSettings, given: Given, text: str | None = None) -> 
         settings = settings.replace(navigation=_checked_preset(world.preset, given))
     else:
         settings = with_parameters(settings, _read(text, *_reading(world, given)))
-    if world.noise not in NOISES.names():
-        raise unknown_name("noise level", world.noise, NOISES.names())
+    refuse_unknown("noise level", world.noise, NOISES.names())
     settings = settings.replace(environment=settings.environment.replace(noise=world.noise))
     robot = _robot(world, settings.robot, text)
     return settings if robot is None else _with_robot(settings, robot, world.robot_radius)
@@ -206,8 +206,7 @@ def _changed_text(spec: ControllerSpec, variant: Variant, world: WorldSettings, 
     own = base_text(world, given)
     known = known_values(_read(own, *_reading(world, given)).navigation, spec)
     for key, value in values.items():
-        if key not in known:
-            raise unknown_name("parameter", key, known)
+        refuse_unknown("parameter", key, known)
         if isinstance(known[key], list):
             if not isinstance(value, list):
                 raise ConfigError(f"{key}: expected a list, got {value!r:.80}")
@@ -232,8 +231,7 @@ def _written(text: str, controller: str, values: str, known: str) -> str:
 
 
 def _checked_preset(name: str, given: Given) -> str:
-    if name not in given.presets:
-        raise unknown_name("preset", name, given.presets)
+    refuse_unknown("preset", name, given.presets)
     return name
 
 

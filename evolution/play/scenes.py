@@ -17,7 +17,7 @@ from numpy.typing import NDArray
 from evolution.files import temporary_directory
 from evolution.play.messages import MAX_SIDE, AskOpen, AskRandom, DroppedFile, Scene
 from gym_mapbench.env.config import EnvConfig
-from gym_mapbench.errors import ConfigError, MapBenchError, unknown_name
+from gym_mapbench.errors import ConfigError, MapBenchError, refuse_unknown
 from gym_mapbench.generator import FAMILIES, FamilySpec, draw_from
 from gym_mapbench.mapio import TaskedMap, group_scenarios, load_maps
 from gym_mapbench.mapio.map_server import map_server_files
@@ -98,8 +98,7 @@ def sampled(asked: AskRandom, config: EnvConfig) -> Scene:
     Raises:
         ConfigError: If there is no such family or gene, or the family has no such map.
     """
-    if asked.family not in FAMILIES.names():
-        raise unknown_name("family", asked.family, FAMILIES.names())
+    refuse_unknown("family", asked.family, FAMILIES.names())
     options = FamilySpec(name=asked.family).make()
     ranges = {name: _fixed(getattr(options, name, None), value) for name, value in asked.genes.items()}
     spec = FamilySpec(name=asked.family, options=ranges)

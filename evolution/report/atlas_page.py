@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import shlex
 from collections.abc import Sequence
 from pathlib import Path
 from statistics import median
@@ -15,7 +14,7 @@ from evolution.files import write_text
 from evolution.quality_diversity import ELITES, HISTORY, Atlas, Elite
 from evolution.report.benchmark_page import page_table
 from evolution.report.cell_grid import CellGrid, FilledCell
-from evolution.report.page import Attachment, Report, Section, render_page
+from evolution.report.page import Report, Section, command_of, download, render_page
 from evolution.report.replays import ReplayedMap
 
 ABOUT = (
@@ -36,14 +35,14 @@ def write_atlas_report(atlas: Atlas, page: Path, arguments: Sequence[str] = ()) 
         page: The file.
         arguments: The command line after ``mapbench``; empty if it was started from Python.
     """
-    experiment, history = atlas.experiment, atlas.table("history")
+    experiment = atlas.experiment
     names = experiment.plan.names
     tables = [page_table(caption, atlas.table(name)) for caption, name in TABLES if len(atlas.table(name))]
     report = Report(
         title=f"Atlas: {' and '.join(atlas.axes.names)}",
         subtitle=f"{', '.join(names)}; {atlas.found.runs} runs; seed {experiment.search.seed}",
         verdict=atlas.sentences(),
-        command=shlex.join(["mapbench", *arguments]) if arguments else "evolution.atlas(...), see the configuration",
+        command=command_of(arguments, "atlas"),
         configuration=yaml.safe_dump(
             {"atlas": atlas.settings.model_dump(mode="json"), **experiment.document()}, sort_keys=False
         ),
@@ -51,10 +50,7 @@ def write_atlas_report(atlas: Atlas, page: Path, arguments: Sequence[str] = ()) 
         maps=[_replayed(atlas, elite) for elite in atlas.elites],
         group_name="Cell",
         sections=[Section("Tables", [SETS], tables, id="tables")],
-        downloads=[
-            Attachment(ELITES, "text/csv", atlas.table().to_csv().encode()),
-            Attachment(HISTORY, "text/csv", history.to_csv().encode()),
-        ],
+        downloads=[download(ELITES, atlas.table().to_csv()), download(HISTORY, atlas.table("history").to_csv())],
     )
     write_text(page, render_page(report))
 

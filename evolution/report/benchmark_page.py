@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import shlex
 from collections.abc import Iterator, Sequence
 from pathlib import Path
 
@@ -19,7 +18,7 @@ from evolution.benchmark import (
 )
 from evolution.driving import JobPlan, drive
 from evolution.files import Row, Table, write_text
-from evolution.report.page import Attachment, Report, Section, render_page
+from evolution.report.page import Report, Section, command_of, download, render_page
 from evolution.report.page import Table as PageTable
 from evolution.report.replays import ReplayedMap
 from evolution.runs import summary_of_map
@@ -67,14 +66,11 @@ def report_of_benchmark(result: Benchmark, plan: JobPlan, arguments: Sequence[st
         title="Benchmark",
         subtitle=f"{count}: {', '.join(plan.names)}; seed {plan.root_seed}",
         verdict=[*verdict_of_benchmark(result.rows, plan.names), *notes],
-        command=shlex.join(["mapbench", *arguments]) if arguments else "evolution.bench(...), see the configuration",
+        command=command_of(arguments, "bench"),
         configuration=yaml.safe_dump(benchmark_document(result.scenarios, plan), sort_keys=False),
         maps=[_replayed_map(result, plan.names, episodes) for episodes in driven if episodes],
         sections=[Section("Tables", [INTERVALS], _tables(result, plan.names), id="tables")],
-        downloads=[
-            Attachment("bench.json", "application/json", result.to_json().encode()),
-            Attachment("bench.csv", "text/csv", result.table("runs").to_csv().encode()),
-        ],
+        downloads=[download(name, content) for name, content in result.files.items()],
         missing=_missing(result),
         changed=[line for episodes in driven for line in _changed(result, episodes)],
     )

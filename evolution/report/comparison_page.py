@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import io
-import shlex
 from collections.abc import Sequence
 from dataclasses import replace
 from pathlib import Path
@@ -24,10 +23,11 @@ from evolution.driving import drive
 from evolution.files import Row, write_text
 from evolution.pictures import sweep_figure
 from evolution.report.benchmark_page import INTERVALS, maps_and_runs, page_table, typical_run
-from evolution.report.page import Attachment, Report, Section, Table, picture, render_page
+from evolution.report.page import Attachment, Report, Section, Table, command_of, download, picture, render_page
 from evolution.report.replays import ReplayedMap
 from gym_mapbench.errors import RunError
 from gym_mapbench.metrics.episode import Episode
+from gym_mapbench.world.scenario import Scenario
 
 LONGEST_TITLE = 60
 MOST_MAPS, MOST_SIDES = 12, 6
@@ -54,24 +54,20 @@ def write_comparison_report(result: ParameterComparison, page: Path, arguments: 
         subtitle=f"{', '.join(result.by_label)} on {maps_and_runs(len(result.scenarios), plan.repeats)}; "
         f"seed {plan.root_seed}",
         verdict=verdict_of_comparison(result),
-        command=shlex.join(["mapbench", *arguments]) if arguments else "evolution.compare(...), see the configuration",
+        command=command_of(arguments, "compare"),
         configuration=yaml.safe_dump(document, sort_keys=False),
         maps=_replays(result),
         sections=_sections(result),
-        downloads=[
-            Attachment("bench.json", "application/json", result.to_json().encode()),
-            Attachment("bench.csv", "text/csv", result.table("runs").to_csv().encode()),
-        ],
+        downloads=[download(name, content) for name, content in result.files.items()],
         missing=_missing(result),
     )
     write_text(page, render_page(report))
 
 
 def _sections(result: ParameterComparison) -> list[Section]:
-    scores = table_of_scores([score_rows(rows, [side])[0] for side, rows in result.sides.items()])
     swept = result.configurations[0].values is not None
-    tables = [page_table("Configurations", table_of_compared(result) if swept else scores)]
-    tables.append(page_table("Pairs", table_of_comparisons(result)))
+    scores = table_of_compared(result) if swept else table_of_scores(result.table())
+    tables = [page_table("Configurations", scores), page_table("Pairs", table_of_comparisons(result))]
     return [
         *([Section("Sweep", figures=[_figure(result)], id="sweep")] if swept else []),
         Section("Tables", [INTERVALS], tables, id="tables"),
@@ -105,7 +101,7 @@ def _replays(result: ParameterComparison) -> list[ReplayedMap]:
     sides = list(result.sides)[:MOST_SIDES]
     replays = []
     for row in shown:
-        episodes = [one for side in sides for one in _episode(result, side, by_name[row["map"]].name)]
+        episodes = [one for side in sides for one in _episode(result, side, by_name[row["map"]])]
         if episodes:
             title = _title(row, sides)
             sample = "Title: runs at the goal. Replay: the run of each with its median time."
@@ -119,11 +115,10 @@ def _title(row: Row, sides: Sequence[str]) -> str:
     return f"{row['map']}: {goals}" if len(goals) <= LONGEST_TITLE else str(row["map"])
 
 
-def _episode(result: ParameterComparison, side: str, name: str) -> list[Episode]:
+def _episode(result: ParameterComparison, side: str, scenario: Scenario) -> list[Episode]:
     """Return the typical run of a side on a map, named after the side; nothing if all runs ended in an error."""
     configuration, number = _owner(result.configurations, side)
-    scenario = next(one for one in result.scenarios if one.name == name)
-    rows = [row for row in result.sides[side] if row["map"] == name and row["outcome"] != "error"]
+    rows = [row for row in result.sides[side] if row["map"] == scenario.name and row["outcome"] != "error"]
     if not rows:
         return []
     job = configuration.plan.job(scenario, number, typical_run(rows)["repeat"])

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import shlex
 from collections.abc import Sequence
 from pathlib import Path
 
@@ -12,7 +11,7 @@ from evolution.driving import JobPlan, drive
 from evolution.files import write_text
 from evolution.minimizing import Minimized
 from evolution.report.benchmark_page import page_table
-from evolution.report.page import Report, Section, Table, render_page
+from evolution.report.page import Report, Section, Table, command_of, render_page
 from evolution.report.replays import ReplayedMap
 
 
@@ -38,7 +37,7 @@ def write_minimized_report(result: Minimized, plan: JobPlan, page: Path, argumen
         title=f"Smallest map: {result.keep}",
         subtitle=f"{result.before.name}; {', '.join(plan.names)}; seed {plan.root_seed}",
         verdict=result.sentences(),
-        command=shlex.join(["mapbench", *arguments]) if arguments else "evolution.minimize(...), see the configuration",
+        command=command_of(arguments, "minimize"),
         configuration=yaml.safe_dump(plan.settings.model_dump(mode="json"), sort_keys=False),
         maps=maps,
         sections=[Section("Tables", (), [page_table("Maps", result.table()), *_steps(result)], id="tables")],

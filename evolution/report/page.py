@@ -5,10 +5,12 @@ from __future__ import annotations
 import base64
 import io
 import json
+import shlex
 import struct
 from collections.abc import Sequence
 from dataclasses import dataclass
 from importlib import metadata, resources
+from pathlib import Path
 from typing import Any
 
 import jinja2
@@ -24,6 +26,8 @@ from gym_mapbench.errors import ConfigError
 _VENDORED = ("vendor/sortable.min.js", "vendor/sortable.a11y.min.js", "vendor/medium-zoom.min.js")
 _SCRIPTS = (*_VENDORED, "replay.js", "grid.js", "print.js")
 PNG = b"\x89PNG"
+MEDIA_TYPES = {".csv": "text/csv", ".json": "application/json", ".yaml": "application/yaml", ".zip": "application/zip"}
+"""Media types of downloads by the end of their names."""
 
 
 @dataclass(frozen=True)
@@ -73,6 +77,11 @@ class Attachment:
     def uri(self) -> str:
         """The content as a data URI."""
         return f"data:{self.media_type};base64,{base64.b64encode(self.content).decode()}"
+
+
+def download(name: str, content: str | bytes) -> Attachment:
+    """Return a file to download, whose name tells its media type."""
+    return Attachment(name, MEDIA_TYPES[Path(name).suffix], content.encode() if isinstance(content, str) else content)
 
 
 def picture(caption: str, png: bytes) -> Attachment:
@@ -150,6 +159,11 @@ class Report:
     changed: Sequence[str] = ()
     grid: CellGrid | None = None
     group_name: str = "Map set"
+
+
+def command_of(arguments: Sequence[str], function: str) -> str:
+    """Return the command line after ``mapbench``; if there is none, the function of ``evolution`` that was called."""
+    return shlex.join(["mapbench", *arguments]) if arguments else f"evolution.{function}(...), see the configuration"
 
 
 def render_page(report: Report) -> str:

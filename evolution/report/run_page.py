@@ -9,7 +9,7 @@ import yaml
 
 from evolution.files import written_elsewhere
 from evolution.pictures import DrivenMap
-from evolution.report.page import Attachment, Report, render_page
+from evolution.report.page import Attachment, Report, download, render_page
 from evolution.report.replays import ReplayedMap
 from evolution.report.sections import sections_of
 from evolution.runs import (
@@ -141,15 +141,8 @@ def _configuration(run: LoadedRun) -> str:
 
 def _downloads(run: LoadedRun) -> list[Attachment]:
     config = yaml.safe_dump({key: run.config[key] for key in SECTIONS}, sort_keys=False)
-    return [
-        Attachment("config.yaml", "application/yaml", config.encode()),
-        _download(run, BEST_MAP_SET, "application/json"),
-        _download(run, "generations.csv", "text/csv"),
-    ]
-
-
-def _download(run: LoadedRun, name: str, media_type: str) -> Attachment:
-    return Attachment(name, media_type, (run.path / name).read_bytes())
+    files = [download(name, (run.path / name).read_bytes()) for name in (BEST_MAP_SET, "generations.csv")]
+    return [download("config.yaml", config), *files]
 
 
 def _unfinished(run: LoadedRun) -> list[str]:

@@ -9,7 +9,7 @@ from collections.abc import Mapping, Sequence
 import yaml
 
 from evolution.files import Row, csv_of
-from evolution.report.page import Attachment, Report, Section, Table, picture
+from evolution.report.page import Attachment, Report, Section, Table, download, picture
 from evolution.report.replays import ReplayedMap
 from evolution.report.run_page import changed_replays, replayed_maps
 from evolution.statistics import FEWEST_FOR_INTERVAL
@@ -320,12 +320,12 @@ def _yaml(document: object) -> str:
 def _downloads(results: StudyResults, best_sets: Sequence[BestSet]) -> list[Attachment]:
     maps = [row for run in results.runs for row in map_rows(run)]
     files = [
-        Attachment("study.yaml", "application/yaml", _study_yaml(results).encode()),
-        Attachment("runs.csv", "text/csv", csv_of(results.rows()).encode()),
-        Attachment("maps.csv", "text/csv", csv_of(maps).encode()),
+        download("study.yaml", _study_yaml(results)),
+        download("runs.csv", csv_of(results.rows())),
+        download("maps.csv", csv_of(maps)),
     ]
     if best_sets:
-        files.append(Attachment("best_map_sets.zip", "application/zip", _zipped(best_sets)))
+        files.append(download("best_map_sets.zip", _zipped(best_sets)))
     return files
 
 

@@ -10,7 +10,7 @@ import yaml
 from controllers.nav2_params.yaml_edits import as_yaml
 from evolution.files import Row
 from evolution.report.benchmark_page import split_reasons
-from evolution.report.page import Attachment, Report, Section, Table, picture
+from evolution.report.page import Attachment, Report, Section, Table, download, picture
 from evolution.report.replays import ReplayedMap
 from evolution.tuning import FIGURES, PARAMS, TRIALS, Tuning, drive_test
 from gym_mapbench.metrics.episode import Episode
@@ -53,10 +53,7 @@ def report_of_tuning(tuning: Tuning) -> Report:
         configuration=yaml.safe_dump(begun, sort_keys=False),
         maps=[_replayed(episodes) for episodes in drive_test(tuning, MOST_REPLAYS)],
         sections=_sections(tuning),
-        downloads=[
-            Attachment(PARAMS, "application/yaml", tuning.params.read_bytes()),
-            Attachment(TRIALS, "text/csv", (tuning.path / TRIALS).read_bytes()),
-        ],
+        downloads=[download(name, (tuning.path / name).read_bytes()) for name in (PARAMS, TRIALS)],
     )
 
 

@@ -43,11 +43,11 @@ from evolution.runs.documents import (
     check_driven,
     check_results,
 )
-from evolution.runs.former_names import present_config, present_results, present_row
+from evolution.runs.former_names import present_results, present_row
 from evolution.runs.front import front_rows
 from evolution.runs.recorded_bodies import bodies_document
 from evolution.runs.results import named, results_document
-from evolution.search import Evaluation, Experiment, FrontPoint, Record, ValidationResult
+from evolution.search import Evaluation, Experiment, FrontPoint, Record, ValidationResult, nested_document
 from gym_mapbench.errors import MapBenchError, RunError
 from gym_mapbench.mapio.map_set_file import BEST_MAP_SET, map_set_document, read_map_set
 from gym_mapbench.mapio.tasked_map import group_scenarios
@@ -122,7 +122,7 @@ class RunDir:
             RunError: If it is not a run directory, of another format, or damaged.
         """
         path = Path(path)
-        config = present_config(RUN.open(path), str(path / CONFIG))
+        config = nested_document(RUN.open(path), str(path / CONFIG))
         check(RunConfig, config, path / CONFIG)
         return cls(path, config)
 

@@ -16,16 +16,10 @@ from collections.abc import Mapping
 from typing import Any
 
 from evolution.files import Row
-from evolution.search import nested_document
 
 RESULTS = {"confirmation": "validation"}
 MAP_ENTRY = {"reading": "score"}
 COLUMN = ("reading_", "score_")
-
-
-def present_config(config: Mapping[str, Any], where: str) -> dict[str, Any]:
-    """Return a ``config.json`` with the options of its search in their sections."""
-    return nested_document(config, where)
 
 
 def present_results(document: Mapping[str, Any]) -> dict[str, Any]:

@@ -15,7 +15,7 @@ from evolution.runs.directory import BODIES, CONFIG, MAPS, RunDir, controllers_i
 from evolution.runs.front import front_sentence, objectives_in
 from evolution.runs.recorded_bodies import read_bodies
 from evolution.search import Experiment, MapResults, experiment_of
-from gym_mapbench.errors import RunError, unknown_name
+from gym_mapbench.errors import RunError, refuse_unknown
 from gym_mapbench.generator import ShapeSettings, default_task
 from gym_mapbench.trust import refuse_code
 from gym_mapbench.world.bodies import Body
@@ -69,8 +69,7 @@ class LoadedRun(Tabled):
         """
         tables = {"best": self._best_rows(), "generations": self.generations, "individuals": self.individuals}
         tables |= {"runs": self.runs, "front": self.front}
-        if (name or "best") not in tables:
-            raise unknown_name("table", name, tables)
+        refuse_unknown("table", name or "best", tables)
         title = f"Best map set, fitness {self.best_results['fitness']:.2f}" if name in ("", "best") else ""
         return Table(tables[name or "best"], title)
 

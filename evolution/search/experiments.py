@@ -14,7 +14,7 @@ from evolution.driving import ControllerSpec, check_room, try_controllers
 from evolution.search.experiment import Experiment
 from evolution.search.operators import scenario_on
 from evolution.search.option_names import nested_document
-from gym_mapbench.errors import ConfigError, unknown_name
+from gym_mapbench.errors import ConfigError, refuse_unknown, unknown_name
 from gym_mapbench.files.bundled import bundled_names, read_bundled
 from gym_mapbench.files.documents import read_yaml
 from gym_mapbench.generator import ShapeSettings, clear_and_border, draw_from
@@ -39,8 +39,7 @@ def load_preset(name: str) -> dict[str, Any]:
     Raises:
         ConfigError: If there is no such preset.
     """
-    if name not in preset_names():
-        raise unknown_name("preset", name, preset_names())
+    refuse_unknown("preset", name, preset_names())
     document = read_bundled("evolution.search", "presets", f"{name}.yaml")
     base = document.pop("base", None)
     return dict(document) if base is None else overlay(load_preset(base), document)

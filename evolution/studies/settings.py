@@ -11,7 +11,7 @@ from pydantic import AfterValidator, Field, JsonValue, field_validator, model_va
 
 from controllers.nav2_params.presets import overlay
 from evolution.search import SECTIONS, nested, nested_document, short_names
-from gym_mapbench.errors import ConfigError, unknown_name
+from gym_mapbench.errors import ConfigError, refuse_unknown, unknown_name
 from gym_mapbench.files.bundled import bundled_names, read_bundled
 from gym_mapbench.files.documents import read_yaml
 from gym_mapbench.generator import Cellular
@@ -235,8 +235,7 @@ class StudySettings(Settings):
 def checked_sections(document: Document) -> Document:
     """Refuse unknown sections of an experiment, a world that is none, and a seed: the study has its own."""
     for name in document:
-        if name not in SECTIONS:
-            raise unknown_name("section", name, SECTIONS)
+        refuse_unknown("section", name, SECTIONS)
     if not isinstance(run := document.get("run", {}), Mapping):
         raise ConfigError(f"run: expected a mapping of options, got {type(run).__name__}")
     if "seed" in search_of(document):
@@ -321,10 +320,9 @@ def _over_base(definition: Any) -> Any:
     """
     if not isinstance(definition, Mapping) or "base" not in definition:
         return definition
-    if (base := definition["base"]) not in study_names():
-        raise unknown_name("study", base, study_names())
+    refuse_unknown("study", definition["base"], study_names())
     own = {name: value for name, value in definition.items() if name != "base"}
-    return overlay(_in_sections(read_definition(base)), _in_sections(own))
+    return overlay(_in_sections(read_definition(definition["base"])), _in_sections(own))
 
 
 def _in_sections(definition: Mapping[str, Any]) -> dict[str, Any]:

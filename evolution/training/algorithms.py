@@ -20,7 +20,7 @@ from gymnasium.spaces import Box
 from controllers.learned import ModelCard, Normalization, Sight, write_card
 from evolution.files import write_bytes
 from evolution.training.settings import TrainSettings
-from gym_mapbench.errors import ConfigError, unknown_name
+from gym_mapbench.errors import ConfigError, refuse_unknown
 
 OURS = (
     "policy",
@@ -95,8 +95,7 @@ def check_hyperparameters(settings: TrainSettings) -> None:
     parameters = inspect.signature(_class_of(settings).__init__).parameters
     known = {name: parameter.default for name, parameter in parameters.items() if name not in OURS}
     for name, value in settings.hyperparameters.items():
-        if name not in known:
-            raise unknown_name(f"hyperparameter of {settings.algorithm}", name, known)
+        refuse_unknown(f"hyperparameter of {settings.algorithm}", name, known)
         kind = KINDS.get(type(known[name]))
         if kind is not None and not (isinstance(value, kind[1]) and isinstance(value, bool) == (kind[1] is bool)):
             raise ConfigError(f"hyperparameters.{name}: expected {kind[0]}, got {value!r:.80}")

@@ -24,7 +24,7 @@ from evolution.files import (
 )
 from evolution.training.levels import is_split
 from evolution.training.settings import TrainSettings
-from gym_mapbench.errors import RunError, unknown_name
+from gym_mapbench.errors import RunError, refuse_unknown
 from gym_mapbench.mapio.map_set_file import map_set_document, parse_map_set
 from gym_mapbench.mapio.tasked_map import group_scenarios
 from gym_mapbench.world.scenario import Scenario
@@ -112,8 +112,7 @@ class Training(Tabled):
         Raises:
             ConfigError: If there is no such table.
         """
-        if name not in ("", "curve"):
-            raise unknown_name("table", name, ["curve"])
+        refuse_unknown("table", name or "curve", ["curve"])
         but = f" ({' and '.join(self.not_held_out)}: not held out)" if self.not_held_out else ""
         return Table(self.curve, f"Success on held-out maps, {self.config['algorithm']}{but}")
 

@@ -10,7 +10,7 @@ from pydantic import Field, JsonValue, field_validator, model_validator
 
 from controllers.learned import EncodingSettings
 from gym_mapbench.env.config import EnvConfig
-from gym_mapbench.errors import ConfigError, unknown_name
+from gym_mapbench.errors import ConfigError, refuse_unknown
 from gym_mapbench.files.bundled import bundled_names, read_bundled
 from gym_mapbench.files.documents import read_yaml
 from gym_mapbench.generator import PeopleSettings
@@ -226,8 +226,7 @@ def load_algorithm(name: str) -> dict[str, Any]:
     Raises:
         ConfigError: If there is no such algorithm.
     """
-    if name not in algorithm_names():
-        raise unknown_name("algorithm", name, algorithm_names())
+    refuse_unknown("algorithm", name, algorithm_names())
     common = read_bundled("evolution.training", "common.yaml")
     return overlay(common, read_bundled("evolution.training", "algorithms", f"{name}.yaml"))
 

@@ -25,11 +25,7 @@ def drive_test(tuning: Tuning, count: int) -> list[list[Episode]]:
     scenarios = load_scenarios(tuning.path / TEST_MAPS)
     plans = _plans(tuning)
     chosen = sorted(scenarios, key=lambda one: -_difference(tuning, one.name))[:count]
-    return [[_labelled(drive(plan.job(one, 0, 0)), name) for name, plan in plans.items()] for one in chosen]
-
-
-def _labelled(episode: Episode, name: str) -> Episode:
-    return replace(episode, controller=name)
+    return [[replace(drive(plan.job(one, 0, 0)), controller=name) for name, plan in plans.items()] for one in chosen]
 
 
 def _difference(tuning: Tuning, name: str) -> float:

@@ -23,7 +23,7 @@ from pathlib import Path
 from pydantic import Field
 
 from evolution.files import DirectoryKind, Document, Row, Table, Tabled, check, read_json
-from gym_mapbench.errors import RunError, unknown_name
+from gym_mapbench.errors import RunError, refuse_unknown
 
 TUNING = DirectoryKind("tuning", "tuning.json", format_version=1)
 SUMMARY, TRIALS, TEST, PARAMS, FRONT = "summary.json", "trials.csv", "test.csv", "nav2_params.yaml", "front"
@@ -97,8 +97,7 @@ class Tuning(Tabled):
         Raises:
             ConfigError: If there is no such table.
         """
-        if (name or "changes") not in TABLES:
-            raise unknown_name("table", name, TABLES)
+        refuse_unknown("table", name or "changes", TABLES)
         return Table(getattr(self.summary, name or "changes"))
 
 

@@ -7,7 +7,7 @@ from typing import Annotated, ClassVar, Literal, Self
 from pydantic import Field, model_validator
 
 from evolution.tuning.objectives import OBJECTIVES, read_requirement
-from gym_mapbench.errors import ConfigError, unknown_name
+from gym_mapbench.errors import ConfigError, refuse_unknown
 from gym_mapbench.generator import FamilySpecs
 from gym_mapbench.quantities import Count, Few, Fraction, Natural
 from gym_mapbench.settings import ExtendedSettings, Settings
@@ -69,8 +69,7 @@ class TuneSettings(ExtendedSettings):
     @model_validator(mode="after")
     def _known(self) -> Self:
         for name in self.objectives:
-            if name not in OBJECTIVES:
-                raise unknown_name("objective", name, OBJECTIVES)
+            refuse_unknown("objective", name, OBJECTIVES)
         if len(set(self.objectives)) < len(self.objectives):
             raise ConfigError("objectives: expected different names, got one twice")
         if self.against and self.trials < self.against.rounds:

@@ -7,8 +7,8 @@ from typing import Any
 import numpy as np
 
 from controllers.base import FollowerSetup, PathFollower
+from controllers.behaviors import GOAL_NEARBY
 from controllers.nav2_params.navigation import (
-    GOAL_NEARBY,
     ControllerServer,
     GoalChecker,
     NavigationParams,
@@ -25,7 +25,6 @@ from gym_mapbench.costmap import Costmap, CostmapParams, InflationLayer, build_s
 from gym_mapbench.planners.navfn import NavfnParams, NavfnPlanner
 from gym_mapbench.ros_params import Findings, Section
 from gym_mapbench.world.footprint import Footprint
-from gym_mapbench.world.gridmap import GridMap
 from gym_mapbench.world.robot import RobotSpec
 
 WINDOW_METERS = 3
@@ -58,12 +57,7 @@ def costmap_params(oracle: Oracle, preset: Preset, *, rolling: bool = False) -> 
 def full_costmaps(oracle: Oracle, preset: Preset) -> dict[int, Costmap]:
     """Return the inflated costmap of every map, by id."""
     params, footprint = costmap_params(oracle, preset), footprint_of(preset)
-    return {number: full_costmap(grid, params, footprint) for number, grid in oracle.maps(preset).items()}
-
-
-def full_costmap(grid: GridMap, params: CostmapParams, footprint: Footprint) -> Costmap:
-    """Return the inflated costmap of one map."""
-    return build_static_costmap(grid, params, footprint)
+    return {number: build_static_costmap(grid, params, footprint) for number, grid in oracle.maps(preset).items()}
 
 
 def make_follower(

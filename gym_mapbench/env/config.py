@@ -13,7 +13,7 @@ from pydantic import Field, field_validator, model_validator
 
 from gym_mapbench.env.action import ActionKind
 from gym_mapbench.env.groups import OBSERVATION_KEYS, CostmapWindow, PathWindow, PeopleWindow, RewardSettings
-from gym_mapbench.errors import ConfigError, unknown_name
+from gym_mapbench.errors import ConfigError, refuse_unknown
 from gym_mapbench.files.documents import read_yaml
 from gym_mapbench.generator import FamilySpecs, ShapeSettings, default_task
 from gym_mapbench.kernels.motion import MAX_TICK_TRAVEL
@@ -146,8 +146,7 @@ class EnvConfig(ExtendedSettings):
     @classmethod
     def _known_keys(cls, value: tuple[str, ...]) -> tuple[str, ...]:
         for key in value:
-            if key not in OBSERVATION_KEYS:
-                raise unknown_name("observation key", key, OBSERVATION_KEYS)
+            refuse_unknown("observation key", key, OBSERVATION_KEYS)
         if not value or len(set(value)) < len(value):
             raise ConfigError(f"expected at least one key, each once, got {value}")
         return value

@@ -11,7 +11,7 @@ import numpy as np
 from gym_mapbench.env.config import EnvConfig
 from gym_mapbench.env.observation import has_path
 from gym_mapbench.env.task import distance_to_goal
-from gym_mapbench.errors import ConfigError, unknown_name
+from gym_mapbench.errors import ConfigError, refuse_unknown
 from gym_mapbench.generator import ShapeSettings, draw_map
 from gym_mapbench.world.clearance import check_clearance, has_room
 from gym_mapbench.world.gridmap import GridMap
@@ -50,8 +50,7 @@ class ScenarioSource:
             ConfigError: On an unknown option, a bad value, or a start or goal off the map or occupied.
         """
         for name in options:
-            if name not in RESET_OPTIONS:
-                raise unknown_name("reset option", name, RESET_OPTIONS)
+            refuse_unknown("reset option", name, RESET_OPTIONS)
         if "map" in options and "scenario" in options:
             raise ConfigError("reset options: expected either a map or a scenario, got both")
         task: dict[str, Any] = {

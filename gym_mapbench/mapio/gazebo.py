@@ -17,7 +17,7 @@ from gym_mapbench.mapio.gazebo_navigation import BundledNavigation
 from gym_mapbench.mapio.gazebo_package import RosPackage
 from gym_mapbench.mapio.gazebo_robot import RobotModel
 from gym_mapbench.mapio.map_server import map_server_pgm, map_server_yaml
-from gym_mapbench.mapio.mesh import Mesh, wall_mesh
+from gym_mapbench.mapio.mesh import WALL_HEIGHT, Mesh, wall_mesh
 from gym_mapbench.mapio.output import Files, check_names, write_new_folder
 from gym_mapbench.mapio.poses import poses_yaml, waypoints_yaml
 from gym_mapbench.mapio.rendering import render
@@ -40,7 +40,7 @@ def export_gazebo(
     navigation: BundledNavigation,
     robot: RobotSpec,
     lidar: LidarSettings | None = None,
-    wall_height: float = 0.5,
+    wall_height: float = WALL_HEIGHT,
     time_limit: float = 150.0,
 ) -> list[Path]:
     """Write everything needed to drive the scenarios in Gazebo under Nav2, as a ROS 2 package.
@@ -77,7 +77,7 @@ def export_gazebo(
     return write_new_folder(files, out_dir)
 
 
-def map_files(scenario: Scenario, wall_height: float = 0.5, simulators: Iterable[str] = ("classic", "gz")) -> Files:
+def map_files(scenario: Scenario, wall_height: float, simulators: Iterable[str]) -> Files:
     """Return the content of one map's files by path: those of the thesis, with a world for each simulator."""
     name, grid, poses = scenario.name, scenario.map, [scenario.start, scenario.goal]
     values = {"name": name, "actors": actors_of(scenario)}

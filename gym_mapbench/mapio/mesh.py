@@ -23,6 +23,8 @@ from numpy.typing import NDArray
 from gym_mapbench.errors import ConfigError
 from gym_mapbench.world.gridmap import GridMap
 
+WALL_HEIGHT = 0.5
+"""Default height of walls, m."""
 SLIDE = 1e-3
 """How far corners that touch only each other move apart, in cells; still resolved by float32 on a map of 100 m."""
 
@@ -65,7 +67,7 @@ class _Outline(NamedTuple):
     above: list[int]
 
 
-def wall_mesh(grid: GridMap, height: float = 0.5) -> Mesh:
+def wall_mesh(grid: GridMap, height: float = WALL_HEIGHT) -> Mesh:
     """Extrude the occupied cells from z = 0 to ``height`` (m); unknown cells are no walls.
 
     Raises:

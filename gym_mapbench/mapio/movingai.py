@@ -203,19 +203,12 @@ def optimal_lengths(grid: GridMap, tasks: Sequence[tuple[Cell, Cell]]) -> NDArra
 def _scen_tasks(tasked: TaskedMap) -> list[ScenTask]:
     """Turn poses into cells, with the optimal lengths."""
     scenarios = tasked.scenarios()
-    ends = [(_cell(tasked.grid, s.start), _cell(tasked.grid, s.goal)) for s in scenarios]
+    ends = [scenario.end_cells for scenario in scenarios]
     lengths = optimal_lengths(tasked.grid, ends)
     for scenario, length in zip(scenarios, lengths, strict=True):
         if not np.isfinite(length):
             raise ConfigError(f"task {scenario.name!r}: has no path, which a .scen file cannot express")
     return [ScenTask(start, goal, float(length)) for (start, goal), length in zip(ends, lengths, strict=True)]
-
-
-def _cell(grid: GridMap, pose: Pose) -> Cell:
-    cell = grid.world_to_cell(pose.x, pose.y)
-    if cell is None:
-        raise ConfigError(f"({pose.x:g}, {pose.y:g}): expected a point on the map")
-    return cell
 
 
 def _scen_lines(path: Path) -> list[str]:

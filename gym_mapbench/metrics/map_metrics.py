@@ -15,14 +15,13 @@ from typing import Final
 import numpy as np
 from numpy.typing import NDArray
 
-from gym_mapbench.errors import ConfigError
 from gym_mapbench.kernels.configuration import connects, stamp_footprint
 from gym_mapbench.kernels.distance import distance_along_columns, framed_distance
 from gym_mapbench.kernels.passages import ends_are_open, joins, open_cells, wall_points
 from gym_mapbench.kernels.pathmeasures import descend, measure_path
 from gym_mapbench.world.gridmap import GridMap
 from gym_mapbench.world.robot import RobotSpec
-from gym_mapbench.world.scenario import Pose, Scenario
+from gym_mapbench.world.scenario import Scenario
 
 Cells = NDArray[np.bool_]
 Cell = tuple[int, int]
@@ -62,7 +61,7 @@ def measure_map(scenario: Scenario, robot: RobotSpec) -> dict[str, float]:
         ``dispersion`` a count, ``tortuosity`` a ratio.
     """
     grid = scenario.map
-    start, goal = (_cell(grid, pose) for pose in (scenario.start, scenario.goal))
+    start, goal = scenario.end_cells
     measures = dict.fromkeys(MEASURES, math.nan)
     measures["occupied_share"] = occupied_share(grid)
     measures["narrowest_passage"] = narrowest_passage(grid, start, goal)
@@ -213,11 +212,3 @@ def _path_measures(blocked: Cells, path: NDArray[np.int64], resolution: float) -
         "characteristic_dimension": dimension * resolution,
         "tortuosity": length / chord if chord else 1.0,
     }
-
-
-def _cell(grid: GridMap, pose: Pose) -> Cell:
-    """Return the cell of a pose that a scenario has checked to be on the map."""
-    cell = grid.world_to_cell(pose.x, pose.y)
-    if cell is None:
-        raise ConfigError(f"({pose.x:g}, {pose.y:g}): expected a point on the map")
-    return cell

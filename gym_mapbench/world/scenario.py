@@ -60,6 +60,13 @@ class Scenario:
         for what in ("start", "goal"):
             object.__setattr__(self, what, _pose_on(self.map, what, getattr(self, what)))
 
+    @property
+    def end_cells(self) -> tuple[tuple[int, int], tuple[int, int]]:
+        """Cells ``(row, col)`` of start and goal."""
+        start, goal = (self.map.world_to_cell(pose.x, pose.y) for pose in (self.start, self.goal))
+        assert start is not None and goal is not None  # noqa: PT018, both are on the map
+        return start, goal
+
     @cached_property
     def digest(self) -> str:
         """Content hash of map, bodies, start and goal (not of the name)."""

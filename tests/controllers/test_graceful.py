@@ -252,15 +252,15 @@ def test_parameters_of_the_other_release_are_refused():
 
 # --- For any input ---------------------------------------------------------------------------------------------------
 
-options = {
+every_release = {
     "v_linear_min": st.sampled_from([0.0, 0.1]),
     "v_angular_max": st.sampled_from([0.3, 1.0]),
     "slowdown_radius": st.sampled_from([0.3, 1.5]),
     "initial_rotation": flags,
     "allow_backward": flags,
     "lambda": st.sampled_from([1.0, 2.0]),
-    "max_robot_pose_search_dist": st.sampled_from([None, -1.0, 0.5]),
 }
+options = {**every_release, "max_robot_pose_search_dist": st.sampled_from([None, -1.0, 0.5])}
 humbles = st.fixed_dictionaries({**options, "final_rotation": flags, "motion_target_dist": st.sampled_from([0.3, 0.6])})
 jazzys = st.fixed_dictionaries(
     {

@@ -19,7 +19,7 @@ from gym_mapbench.costmap import Costmap
 from gym_mapbench.world.scenario import Pose
 from tests.controllers.plain_follower import local_plan
 from tests.controllers.plain_graceful_lyrical import PlainLyricalGraceful
-from tests.controllers.test_graceful import BOX, command_of, paths
+from tests.controllers.test_graceful import BOX, command_of, every_release, paths
 from tests.controllers.test_rpp import DISC, ORIGIN, angles, blocked_at, costmaps, flags, free_map, make_setup, straight
 from tests.controllers.test_rpp_lyrical import setup_with
 
@@ -195,12 +195,7 @@ def test_without_a_local_plan_there_is_no_command():
 
 options = st.fixed_dictionaries(
     {
-        "v_linear_min": st.sampled_from([0.0, 0.1]),
-        "v_angular_max": st.sampled_from([0.3, 1.0]),
-        "slowdown_radius": st.sampled_from([0.3, 1.5]),
-        "initial_rotation": flags,
-        "allow_backward": flags,
-        "lambda": st.sampled_from([1.0, 2.0]),
+        **every_release,
         "prefer_final_rotation": flags,
         "max_lookahead": st.sampled_from([0.5, 1.0, 3.0]),
         "deceleration_max": st.sampled_from([0.05, 2.5]),

@@ -33,6 +33,7 @@ from tests.controllers.test_mppi import (
     straight_plan,
 )
 from tests.controllers.test_mppi import drive as drive_follower
+from tests.controllers.test_mppi_jazzy import EXAMPLE
 
 LAST = Twist(0.3, 0.05)
 STRAIGHT = np.column_stack([0.05 * np.arange(41), np.zeros((41, 2))])
@@ -188,14 +189,6 @@ def compare(call, last=LAST, rel=2e-5):
     np.testing.assert_allclose([ours.filtered_v, ours.filtered_w], plain.filtered, atol=2e-5)
     np.testing.assert_allclose([ours.limited_v, ours.limited_w], plain.limited, atol=2e-5)
     return ours
-
-
-EXAMPLE = {
-    "CostCritic": {"near_goal_distance": 1.0},
-    "PathAlignCritic": {"cost_weight": 14.0, "max_path_occupancy_ratio": 0.5},
-    "PathFollowCritic": {"offset_from_furthest": 5},
-    "PathAngleCritic": {"max_angle_to_furthest": 1.0, "cost_weight": 2.0},
-}
 
 
 @pytest.mark.parametrize("seed", range(3))

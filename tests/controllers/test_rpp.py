@@ -343,33 +343,29 @@ def costmaps(draw):
     return Costmap(costs, 0.05, -1.5, -1.5, draw(flags))
 
 
-options = st.fixed_dictionaries(
-    {
-        "lookahead_dist": st.sampled_from([0.3, 0.6]),
-        "use_velocity_scaled_lookahead_dist": flags,
-        "use_interpolation": flags,
-        "use_rotate_to_heading": flags,
-        "approach_velocity_scaling_dist": st.sampled_from([0.4, 1.0]),
-        "use_collision_detection": flags,
-        "use_regulated_linear_velocity_scaling": flags,
-        "use_cost_regulated_linear_velocity_scaling": flags,
-        "allow_reversing": flags,
-        "max_robot_pose_search_dist": st.sampled_from([None, -1.0, 0.5, 10.0]),
-    }
-)
+every_release = {
+    "lookahead_dist": st.sampled_from([0.3, 0.6]),
+    "use_velocity_scaled_lookahead_dist": flags,
+    "use_rotate_to_heading": flags,
+    "approach_velocity_scaling_dist": st.sampled_from([0.4, 1.0]),
+    "use_collision_detection": flags,
+    "use_regulated_linear_velocity_scaling": flags,
+    "use_cost_regulated_linear_velocity_scaling": flags,
+    "allow_reversing": flags,
+}
+distances = st.sampled_from([None, -1.0, 0.5, 10.0])
+options = st.fixed_dictionaries({**every_release, "use_interpolation": flags, "max_robot_pose_search_dist": distances})
 footprints = st.sampled_from(
     [DISC, Footprint.from_corners(np.array([[0.3, 0.1], [-0.2, 0.1], [-0.2, -0.1], [0.3, -0.1]]))]
 )
 
 
-jazzy_options = st.fixed_dictionaries(
-    {
-        "use_fixed_curvature_lookahead": flags,
-        "curvature_lookahead_dist": st.sampled_from([0.3, 0.9]),
-        "interpolate_curvature_after_goal": flags,
-        "stateful": flags,
-    }
-)
+since_jazzy = {
+    "use_fixed_curvature_lookahead": flags,
+    "curvature_lookahead_dist": st.sampled_from([0.3, 0.9]),
+    "interpolate_curvature_after_goal": flags,
+}
+jazzy_options = st.fixed_dictionaries({**since_jazzy, "stateful": flags})
 speeds, turns = st.floats(-0.6, 0.6), st.floats(-2, 2)
 
 

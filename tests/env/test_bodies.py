@@ -15,7 +15,7 @@ from gym_mapbench.env.single import MapBenchEnv
 from gym_mapbench.env.vector import MapBenchVectorEnv
 from gym_mapbench.errors import ConfigError
 from gym_mapbench.world.scenario import MapSet
-from tests.env.test_vector import assert_same
+from tests.env.test_vector import assert_same, compare_run
 from tests.worlds import ROOM, among, line, social
 
 CROSSING = line((2.5, 0.8), (0.5, 0.8), 0.3)
@@ -54,22 +54,7 @@ def test_every_world_with_bodies_is_the_single_env_of_its_seed(name, mode):
     options |= {"scenarios": SCENARIOS, **OPTIONS[name]}
     alone = SyncVectorEnv([lambda: MapBenchEnv(**options)] * 6, autoreset_mode=mode)
     together = MapBenchVectorEnv(6, autoreset_mode=mode, **options)
-    assert_same(alone.reset(seed=5), together.reset(seed=5))
-    together.action_space.seed(5)
-    touched, ended = set(), np.zeros(6, bool)
-    for count in range(100):
-        if count % 15 == 0:
-            actions = 0.3 * together.action_space.sample()
-        expected = alone.step(actions)
-        assert_same(expected, together.step(actions), f"step {count} ")
-        touched |= set(expected[4]["touched"]) | set(expected[4].get("final_info", {}).get("touched", ()))
-        over = expected[2] | expected[3]
-        ended |= over
-        if over.any() and mode is AutoresetMode.DISABLED:
-            resets = [envs.reset(options={"reset_mask": over.copy()}) for envs in (alone, together)]
-            assert_same(*resets, f"reset {count} ")
-    assert ended.all()
-    assert "body" in touched
+    assert "body" in compare_run(alone, together, 100, 0.3)
 
 
 def drive(scenario, action=(0.0, 0.0), **options):

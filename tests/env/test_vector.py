@@ -54,6 +54,26 @@ def assert_same(one, other, where=""):
         assert one == other, where
 
 
+def compare_run(alone, together, steps, force=1.0):
+    """Drive both with the same actions, resetting what is over; returns the bodies touched, after all worlds ended."""
+    assert_same(alone.reset(seed=5), together.reset(seed=5))
+    together.action_space.seed(5)
+    touched, ended = set(), np.zeros(together.num_envs, bool)
+    for count in range(steps):
+        if count % 15 == 0:
+            actions = force * together.action_space.sample()
+        expected = alone.step(actions)
+        assert_same(expected, together.step(actions), f"step {count} ")
+        touched |= set(expected[4]["touched"]) | set(expected[4].get("final_info", {}).get("touched", ()))
+        over = expected[2] | expected[3]
+        ended |= over
+        if over.any() and together.autoreset_mode is AutoresetMode.DISABLED:
+            resets = [envs.reset(options={"reset_mask": over.copy()}) for envs in (alone, together)]
+            assert_same(*resets, f"reset {count} ")
+    assert ended.all()
+    return touched
+
+
 OPTIONS = {
     "default": {},
     "normalised": {"action": "normalized"},
@@ -82,20 +102,7 @@ def test_every_world_is_the_single_env_of_its_seed(name, mode):
     together = MapBenchVectorEnv(4, autoreset_mode=mode, **options)
     assert (alone.observation_space, alone.action_space) == (together.observation_space, together.action_space)
     assert alone.metadata == together.metadata
-    assert_same(alone.reset(seed=5), together.reset(seed=5))
-    together.action_space.seed(5)
-    ended = np.zeros(4, bool)
-    for count in range(150):
-        if count % 15 == 0:
-            actions = together.action_space.sample()
-        expected = alone.step(actions)
-        assert_same(expected, together.step(actions), f"step {count} ")
-        over = expected[2] | expected[3]
-        ended |= over
-        if over.any() and mode is AutoresetMode.DISABLED:
-            resets = [envs.reset(options={"reset_mask": over.copy()}) for envs in (alone, together)]
-            assert_same(*resets, f"reset {count} ")
-    assert ended.all()
+    compare_run(alone, together, 150)
 
 
 def test_every_world_may_be_given_its_own_scenario():

@@ -64,7 +64,7 @@ def test_an_actor_turns_at_a_waypoint():
 
 def test_the_world_of_gz_sim_holds_one_actor_for_each_person_and_that_of_classic_none():
     scenario = replace(thesis_scenario(5, "map_0"), bodies=(walker(), walker(phase=0.5)))
-    files = map_files(scenario)
+    files = map_files(scenario, 0.5, ("classic", "gz"))
     classic, gz = (ElementTree.fromstring(files[f"worlds/map_0.{ending}"]) for ending in ("world", "sdf"))
     actors = gz.findall("world/actor")
     assert [actor.get("name") for actor in actors] == ["person_0", "person_1"]

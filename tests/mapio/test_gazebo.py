@@ -112,7 +112,7 @@ def test_any_map_comes_back_from_its_mesh(tmp_path_factory, grid):
     if not grid.occupancy.any():
         return
     folder = tmp_path_factory.mktemp("drawn")
-    for name, content in map_files(scenario_on(grid, "drawn")).items():
+    for name, content in map_files(scenario_on(grid, "drawn"), 0.5, ("classic", "gz")).items():
         (folder / name).parent.mkdir(parents=True, exist_ok=True)
         (folder / name).write_bytes(content if isinstance(content, bytes) else content.encode())
     far = max(abs(grid.origin[0]), abs(grid.origin[1])) / grid.resolution

@@ -12,14 +12,6 @@ from tests.mapio.fake_ros import install, load
 from tests.mapio.test_gazebo import OPTIONS, PARAMS, navigation, thesis_scenario
 
 
-@pytest.fixture(scope="module", params=["humble", "jazzy", "lyrical"])
-def bundle(request, tmp_path_factory):
-    folder = tmp_path_factory.mktemp("runner") / "bundle"
-    maps = [thesis_scenario(seed, f"map_{seed}") for seed in range(2)]
-    export_gazebo(maps, folder, **(OPTIONS | {"navigation": navigation(release=request.param)}))
-    return maps, folder, request.param
-
-
 def load_launch(monkeypatch, folder, simulator="gz", headless="true"):
     """Load an exported launch file with stand-ins for ROS."""
     arguments = {"map": "map_1", "simulator": simulator, "headless": headless}

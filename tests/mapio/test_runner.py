@@ -12,7 +12,6 @@ from types import SimpleNamespace
 import pytest
 
 from gym_mapbench.errors import MapFormatError
-from gym_mapbench.mapio.gazebo import export_gazebo
 from gym_mapbench.mapio.runner_results import COLUMNS, read_runner_results
 from tests.mapio.fake_ros import (
     SUCCEEDED,
@@ -25,17 +24,8 @@ from tests.mapio.fake_ros import (
     install,
     load,
 )
-from tests.mapio.test_gazebo import OPTIONS, navigation, thesis_scenario
 
 HEAD = ",".join(COLUMNS) + "\n"
-
-
-@pytest.fixture(scope="module", params=["humble", "jazzy", "lyrical"])
-def bundle(request, tmp_path_factory):
-    folder = tmp_path_factory.mktemp("runner") / "bundle"
-    maps = [thesis_scenario(seed, f"map_{seed}") for seed in range(2)]
-    export_gazebo(maps, folder, **(OPTIONS | {"navigation": navigation(release=request.param)}))
-    return maps, folder, request.param
 
 
 def simulator_of(bundle):

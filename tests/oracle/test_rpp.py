@@ -47,22 +47,29 @@ def full_costmaps(recorded):
     }
 
 
-@each_recording
-def test_unit_vectors(recorded):
+def each_unit_vector(recorded, make, column):
+    """Compare each recorded call with that of a new follower; yield its number and the follower."""
     costmaps, units = full_costmaps(recorded), recorded.load("units")
     for i, map_id in enumerate(units["map_id"]):
-        made = make_follower(recorded)
+        made = make()
         begin, end = units["path_offset"][i : i + 2]
         made.set_plan(units["path"][begin:end])
         call = Pose(*units["pose"][i].tolist()), Twist(*units["vel"][i].tolist()), costmaps[int(map_id)], 0.0
-        message = str(units["rpp_exception"][i])
+        message = str(units[f"{column}_exception"][i])
         if message:
             with pytest.raises(ControllerError) as raised:
                 made.compute_velocity_commands(*call)
             assert str(raised.value) == message
         else:
-            assert made.compute_velocity_commands(*call) == pytest.approx(units["rpp_cmd"][i], abs=1e-8)
-        assert made.carrot == pytest.approx(units["rpp_carrot"][i], abs=1e-8)
+            assert made.compute_velocity_commands(*call) == pytest.approx(units[f"{column}_cmd"][i], abs=1e-8)
+        yield i, made
+
+
+@each_recording
+def test_unit_vectors(recorded):
+    carrots = recorded.load("units")["rpp_carrot"]
+    for i, made in each_unit_vector(recorded, lambda: make_follower(recorded), "rpp"):
+        assert made.carrot == pytest.approx(carrots[i], abs=1e-8)
 
 
 def rolling_window(recorded, map_id, start):

@@ -12,7 +12,7 @@ from evolution.files import Row, Table, Tabled
 from evolution.runs import RecordedExperiment, Reevaluation
 from evolution.studies.former_names import StudyRow
 from evolution.studies.settings import Configuration, StudySettings
-from gym_mapbench.errors import unknown_name
+from gym_mapbench.errors import refuse_unknown
 
 
 @dataclass(frozen=True)
@@ -122,8 +122,7 @@ class StudyResults(Tabled):
             ConfigError: If there is no such table.
         """
         tables = {"runs": _run_rows, "reevaluation": _reevaluation_rows, "generations": _generation_rows}
-        if table not in tables:
-            raise unknown_name("table", table, tables)
+        refuse_unknown("table", table, tables)
         return [row for run in self.runs for row in tables[table](run)]
 
     def table(self, name: str = "runs") -> Table:

@@ -33,7 +33,7 @@ from evolution.pictures import effects_figure, save_figure
 from evolution.runs import exclusive_store
 from evolution.studies.sweep.effects import effect_rows
 from evolution.studies.sweep.settings import SweepSettings
-from gym_mapbench.errors import ConfigError, RunError, unknown_name
+from gym_mapbench.errors import ConfigError, RunError, refuse_unknown
 from gym_mapbench.world.scenario import Scenario
 
 SWEEP = DirectoryKind("sweep", "sweep.json", format_version=1)
@@ -63,8 +63,7 @@ class SweepResults(Tabled):
         Raises:
             ConfigError: If there is no such table.
         """
-        if (name or "effects") not in ("effects", "runs"):
-            raise unknown_name("table", name, ("effects", "runs"))
+        refuse_unknown("table", name or "effects", ("effects", "runs"))
         return Table(self.runs) if name == "runs" else Table(self._effects(), self.settings.name)
 
     def _effects(self) -> list[Row]:
@@ -146,8 +145,7 @@ def load_sweep(path: str | Path) -> SweepResults:
 def _chosen(settings: SweepSettings, only: Sequence[str] | None) -> list[str]:
     """Return the worlds to run; the first is always among them."""
     for name in only or ():
-        if name not in settings.worlds:
-            raise unknown_name("world", name, settings.worlds)
+        refuse_unknown("world", name, settings.worlds)
     first = next(iter(settings.worlds))
     return [name for name in settings.worlds if only is None or name in only or name == first]
 

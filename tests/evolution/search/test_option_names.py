@@ -11,8 +11,7 @@ import yaml
 from evolution import load
 from evolution.api import compose
 from evolution.runs import RunDir, experiment_in, load_run
-from evolution.runs.former_names import present_config
-from evolution.search import EvolveSettings, load_preset, nested, read_document, short_names
+from evolution.search import EvolveSettings, load_preset, nested, nested_document, read_document, short_names
 from evolution.search.option_names import SECTIONS, SHORT_NAMES
 from evolution.studies import StudySettings
 from gym_mapbench.errors import ConfigError
@@ -160,7 +159,7 @@ def test_a_directory_of_an_earlier_version_is_read_and_continued(tmp_path):
 def test_a_run_that_an_earlier_version_wrote_is_read():
     config = json.loads((EARLIER_RUN / "config.json").read_text())
     assert "fitness" in config["search"]
-    found = present_config(config, "config.json")["search"]
+    found = nested_document(config, "config.json")["search"]
     assert found["judging"]["fitness"] == config["search"]["fitness"]
     loaded = load(EARLIER_RUN)
     assert len(loaded.best) == len(loaded.best_results["maps"])
