@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
+from textwrap import fill
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -20,6 +21,8 @@ if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
 COLUMNS = 4
+LONGEST_LINE = 54
+"""Characters of a title that are as wide as a map of a set."""
 STRIP = 0.3
 """Height of the times of one controller, inches."""
 SIGNS = (
@@ -87,7 +90,7 @@ def map_set_figure(maps: Sequence[DrivenMap], names: Sequence[str]) -> Figure:
     for one, (map_axes, time_axes) in zip(maps, places.reshape(2, -1).T, strict=True):
         draw_map(map_axes, one.episodes[0].scenario)
         draw_trajectories(map_axes, one.episodes, names)
-        map_axes.set_title(f"{one.name}: {one.summary.difference}", fontsize=11)
+        map_axes.set_title(fill(f"{one.name}: {one.summary.difference}", LONGEST_LINE), fontsize=11)
         _draw_times(time_axes, one.summary, names)
         time_axes.set_xlim(0.0, 1.1 * longest)
     # Just below what the layout fills; pictures are saved with all that is drawn around it.

@@ -132,11 +132,13 @@ def effects_figure(rows: Sequence[Mapping[str, Any]]) -> Figure:
     """
     worlds = list(dict.fromkeys(row["world"] for row in rows))
     names = list(dict.fromkeys(row["controller"] for row in rows))
-    figure, panels = new_figure(len(EFFECTS), width=3.7 * len(EFFECTS), height=1.3 + 0.42 * len(worlds), sharey=True)
+    step = min(0.2, 0.8 / len(names))
+    height = 1.3 + max(0.42, 0.1 * len(names)) * len(worlds)
+    figure, panels = new_figure(len(EFFECTS), width=3.7 * len(EFFECTS), height=height, sharey=True)
     for axes, (quantity, (label, neutral)) in zip(panels, EFFECTS.items(), strict=True):
         for place, name in enumerate(names):
             own = [row for row in rows if row["controller"] == name]
-            at = [worlds.index(row["world"]) + 0.2 * (place - (len(names) - 1) / 2) for row in own]
+            at = [worlds.index(row["world"]) + step * (place - (len(names) - 1) / 2) for row in own]
             _intervals(axes, own, quantity, at, **_look(names, name), label=name)
         if neutral is not None:
             axes.axvline(neutral, color="#999999", linewidth=0.8, zorder=0)
@@ -177,7 +179,8 @@ def box_figure(panels: Mapping[str, Mapping[str, ArrayLike]], highest: float = n
             offsets = np.linspace(-0.14, 0.14, len(group)) if len(group) > 1 else np.zeros(len(group))
             axes.plot(position + offsets, group, ".", color=COLOURS[0], alpha=0.6)
         axes.set_title(title, fontsize=10)
-        axes.tick_params(axis="x", rotation=35)
+        for label in axes.get_xticklabels():  # a name ends below its box, however long it is
+            label.set(rotation=35, ha="right", rotation_mode="anchor")
         axes.grid(axis="y", alpha=0.3)
     columns[0].set_ylabel("fitness (lower is better)")
     return figure

@@ -34,9 +34,13 @@ def history_figure(trials: Rows, column: str) -> Figure:
     lowest = np.minimum.accumulate([row[column] for row in done])
     axes.step([row["trial"] for row in done], lowest, where="post", color=COLOURS[1], label="lowest so far")
     axes.axhline(trials[0][column], color="#222222", linestyle="--", linewidth=1, label="own values")
-    axes.set_yscale("log" if min(row[column] for row in done) > 0 else "linear")
+    if min(row[column] for row in done) > 0:
+        axes.set_yscale("log")
+        low, high = axes.get_ylim()
+        if high > 10 * low:  # labels at all multiples would overlap
+            axes.yaxis.get_minor_locator().set_params(subs=(2.0, 5.0))
+        axes.yaxis.set_minor_formatter("{x:g}")
     axes.yaxis.set_major_formatter("{x:g}")
-    axes.yaxis.set_minor_formatter("{x:g}")
     axes.set_xlabel("trial")
     axes.set_ylabel(f"{column} (lower is better)")
     axes.grid(alpha=0.3, which="both")

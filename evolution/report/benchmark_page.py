@@ -119,7 +119,7 @@ def _faster(pair: Row) -> Iterator[str]:
     sure = "" if low > 0 else ", so neither is shown to be faster"
     yield (
         f"Where both reach the goal ({pair['both']} pairs of runs on the same map and noise), {fast} is "
-        f"{abs(mean):.1f} s faster than {slow} in the mean (95 % interval {low:.1f} to {high:.1f} s{sure})."
+        f"{abs(mean):.1f} s faster than {slow} in the mean (95 % interval {low:z.1f} to {high:z.1f} s{sure})."
     )
 
 

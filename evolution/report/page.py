@@ -5,6 +5,7 @@ from __future__ import annotations
 import base64
 import io
 import json
+import re
 import shlex
 import struct
 from collections.abc import Sequence
@@ -28,6 +29,8 @@ _SCRIPTS = (*_VENDORED, "replay.js", "grid.js", "print.js")
 PNG = b"\x89PNG"
 MEDIA_TYPES = {".csv": "text/csv", ".json": "application/json", ".yaml": "application/yaml", ".zip": "application/zip"}
 """Media types of downloads by the end of their names."""
+_NUMBER_FIRST = re.compile(r"(-?\d+(?:\.\d+)?(?:e[-+]\d+)?)(?:/\d+| \(.*\))?")
+"""A number alone, a count of several, as ``3/12``, or a number with its interval, as ``1.2 (1.1 to 1.3)``."""
 
 
 @dataclass(frozen=True)
@@ -46,10 +49,10 @@ class Table:
         return [(name, not isinstance(cell, str)) for name, cell in zip(self.columns, first, strict=True)]
 
     @property
-    def shown(self) -> list[list[tuple[str | float | int, str]]]:
-        """Every cell of every row with the text that is shown for it."""
-        texts = zip(*[readable(column) for column in zip(*self.rows, strict=True)], strict=True)
-        return [list(zip(row, line, strict=True)) for row, line in zip(self.rows, texts, strict=True)]
+    def shown(self) -> list[tuple[tuple[str | float | int, str, str | None], ...]]:
+        """Every cell of every row with the text that is shown for it and its sort key; without one the text is it."""
+        columns = zip(*self.rows, strict=True)
+        return list(zip(*[zip(one, readable(one), _sort_keys(one), strict=True) for one in columns], strict=True))
 
 
 @dataclass(frozen=True)
@@ -170,7 +173,6 @@ def render_page(report: Report) -> str:
     """Return the page as HTML text."""
     folder = resources.files("evolution.report")
     environment = jinja2.Environment(autoescape=True, undefined=jinja2.StrictUndefined)
-    environment.filters["sort_key"] = _sort_key
     environment.filters["breakable"] = _breakable
     template = environment.from_string(folder.joinpath("page.html.j2").read_text(encoding="utf-8"))
     scripts = [folder.joinpath(name).read_text(encoding="utf-8") for name in _SCRIPTS]
@@ -184,9 +186,18 @@ def render_page(report: Report) -> str:
     )
 
 
-def _sort_key(value: float) -> str:
-    """Return the sort key of a number; empty if it is not finite, which sorts last."""
-    return repr(float(value)) if np.isfinite(value) else ""
+def _sort_keys(column: Sequence[str | float | int]) -> list[str | None]:
+    """Return the sort keys of a column. Texts have none, except the number that all texts of the column begin with."""
+    texts = [cell for cell in column if isinstance(cell, str) and cell]
+    begun = bool(texts) and all(map(_NUMBER_FIRST.fullmatch, texts))
+    return [_sort_key(cell, begun) for cell in column]
+
+
+def _sort_key(cell: str | float | int, begun: bool) -> str | None:
+    """Return the sort key of a cell; empty for an empty text or a number that is not finite, which sort last."""
+    if isinstance(cell, str):
+        return re.split("[/ ]", cell)[0] if begun else None
+    return repr(float(cell)) if np.isfinite(cell) else ""
 
 
 def _breakable(name: str) -> Markup:

@@ -6,6 +6,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+from matplotlib.backends.backend_agg import FigureCanvasAgg
 from PIL import Image
 
 from evolution.pictures import DrivenMap, map_set_figure, save_comparison
@@ -50,6 +51,16 @@ def test_people_are_discs_at_their_start_with_their_ways():
 
 def test_signs_name_people_only_where_there_are_some(driven):
     assert "people" not in map_set_figure([driven], ["dwb", "rpp"]).texts[0].get_text()
+
+
+def test_titles_of_long_names_stay_above_their_maps():
+    names = ["a_controller_with_a_long_name", "another_controller_with_a_long_name"]
+    runs = {name: goals(time) for name, time in zip(names, (4.0, 9.0), strict=True)}
+    one = DrivenMap(summary_of_map("map_1", runs), 0, tuple(straight(name, 4.2) for name in names))
+    figure = map_set_figure([one, one], names)
+    FigureCanvasAgg(figure).draw()
+    first, second = (axes.title.get_window_extent() for axes in figure.axes[:2])
+    assert first.x1 < second.x0
 
 
 def test_title_labels_and_rings_show_the_same_runs(driven):

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import io
+import itertools
 
 import numpy as np
 import pytest
@@ -18,10 +19,12 @@ from evolution.pictures.plots import (
     convergence_figure,
     critical_difference_figure,
     curse_figure,
+    effects_figure,
     spread_figure,
     times_figure,
 )
 from evolution.pictures.style import COLOURS, new_figure, save_figure
+from evolution.pictures.tuning_figures import history_figure
 from evolution.report.page import picture
 
 
@@ -107,6 +110,39 @@ def test_lines_differ_when_the_colours_are_used_up():
     assert [line for _, _, line in looks] == ["-", "--", "-", "-", "-", "-", "-", "-", "--"]
     part = spread_figure({name: curves[name] for name in names[3:5]}, names=names).axes[0]
     assert [line.get_color() for line in part.lines] == [COLOURS[3], COLOURS[4]]
+
+
+def test_long_names_end_below_their_boxes():
+    figure = box_figure({"seen": {f"a_configuration_with_a_long_name_{i}": [1.0, 2.0] for i in range(4)}})
+    FigureCanvasAgg(figure).draw()
+    (axes,) = figure.axes
+    for place, label in enumerate(axes.get_xticklabels(), start=1):
+        tick = axes.transData.transform((place, 0.0))[0]
+        assert label.get_window_extent().x1 == pytest.approx(tick, abs=10.0)
+
+
+@pytest.mark.parametrize("count", [3, 9])
+def test_the_effects_of_a_world_stay_in_its_row(count):
+    values = {"success": 0.5, "time_ratio": 1.0, "recoveries": 0.0}
+    values |= {f"{name}_{end}": value for name, value in values.items() for end in ("low", "high")}
+    rows = [{"world": world, "controller": f"c{i}", **values} for world in ("a", "b") for i in range(count)]
+    axes = effects_figure(rows).axes[0]
+    places = [line.get_ydata().tolist() for line in axes.lines if line.get_marker() in ("o", "s")]
+    assert len(places) == count
+    assert all(max(abs(one - 0.0), abs(two - 1.0)) < 0.5 for one, two in places)
+
+
+@pytest.mark.parametrize("highest", [1.9, 9.0, 16.0, 120.0])
+def test_labels_of_costs_do_not_overlap(highest):
+    trials = [{"trial": i, "state": "complete", "cost": cost} for i, cost in enumerate((1.0, highest))]
+    figure = history_figure(trials, "cost")
+    FigureCanvasAgg(figure).draw()
+    (axes,) = figure.axes
+    boxes = [label.get_window_extent() for label in axes.yaxis.get_ticklabels(which="both") if label.get_text()]
+    low, high = axes.bbox.intervaly
+    shown = sorted((box.y0, box.y1) for box in boxes if low <= (box.y0 + box.y1) / 2 <= high)
+    assert len(shown) > 2
+    assert all(below[1] <= above[0] for below, above in itertools.pairwise(shown))
 
 
 def test_times_of_many_controllers_are_told_apart():

@@ -46,6 +46,8 @@ def test_no_difference_is_called_none():
     rows = runs("a", [20.0, 10.0, 21.0, 10.0, 24.0, 9.0]) + runs("b", [10.0, 20.0, 11.0, 21.0, 9.0, 23.9])
     *_, pair = verdict_of_benchmark(rows, ("a", "b"))
     assert "so neither is shown to be faster" in pair
+    *_, pair = verdict_of_benchmark(runs("a", [20.0] * 5) + runs("b", [20.0] * 5), ("a", "b"))
+    assert "(95 % interval 0.0 to 0.0 s, so neither is shown to be faster)" in pair
 
 
 def test_the_command_writes_the_page_and_fails_by_rule(tmp_path, capsys):

@@ -8,7 +8,7 @@ from dataclasses import replace
 import pytest
 from PIL import Image
 
-from evolution.report.page import Attachment, Section, render_page
+from evolution.report.page import Attachment, Section, Table, render_page
 from evolution.report.study_page import report_of_study
 from evolution.studies import load_results
 from evolution.studies.analysis.figures import drive_best_sets
@@ -209,6 +209,48 @@ def test_nothing_scrolls_sideways_on_a_phone(opened):
     note = opened.find_element(By.CSS_SELECTOR, "caption .hint")
     assert note.rect["x"] + note.rect["width"] < 390
     opened.execute_cdp_cmd("Emulation.clearDeviceMetricsOverride", {})
+
+
+LONG = "warehouse_north_wing_floor_2_scanned_2025_11_03_final_version_corrected_by_hand"
+
+
+@pytest.fixture
+def long_names(chromium, study_path, tmp_path):
+    """A page whose title, controllers and maps have long names without spaces, and with a wide table."""
+    results = load_results(study_path)
+    report = report_of_study(results, drive_best_sets(results))
+    maps = [replace(one, title=f"{LONG}: {one.title}", sample=LONG) for one in report.maps[:2]]
+    runs = [[replace(episode, controller=LONG) for episode in one.episodes] for one in maps]
+    maps = [replace(one, episodes=episodes) for one, episodes in zip(maps, runs, strict=True)]
+    columns = ["map", *(f"mean_{number}" for number in range(14))]
+    table = Table("Runs", columns, [[LONG, *range(1_000_000, 1_000_014)]])
+    page = tmp_path / "page.html"
+    report = replace(report, title=LONG, maps=maps, sections=[Section("Wide", tables=[table], id="wide")])
+    page.write_text(render_page(report), encoding="utf-8")
+    chromium.get(page.as_uri())
+    yield chromium
+    chromium.execute_cdp_cmd("Emulation.clearDeviceMetricsOverride", {})
+    chromium.execute_cdp_cmd("Emulation.setEmulatedMedia", {"media": ""})
+
+
+@pytest.mark.parametrize("width", [390, 640, 1280])
+def test_long_names_do_not_scroll_the_page(long_names, width):
+    size = {"width": width, "height": 900, "deviceScaleFactor": 1, "mobile": False}
+    long_names.execute_cdp_cmd("Emulation.setDeviceMetricsOverride", size)
+    page = long_names.find_element(By.TAG_NAME, "html")
+    assert page.get_property("scrollWidth") == page.get_property("clientWidth")
+    sorting = long_names.find_element(By.CSS_SELECTOR, "#wide > .sorting")
+    assert sorting.is_displayed() is long_names.find_element(By.TAG_NAME, "thead").is_displayed() is (width > 640)
+
+
+def test_a_wide_table_is_printed_whole(long_names):
+    size = {"width": 1020, "height": 700, "deviceScaleFactor": 1, "mobile": False}
+    long_names.execute_cdp_cmd("Emulation.setDeviceMetricsOverride", size)
+    long_names.execute_cdp_cmd("Emulation.setEmulatedMedia", {"media": "print"})
+    wide = long_names.find_element(By.ID, "wide")
+    assert wide.value_of_css_property("page") == "tables"
+    box = wide.find_element(By.CLASS_NAME, "scroll")
+    assert box.get_property("scrollWidth") == box.get_property("clientWidth")
 
 
 def test_rows_are_cards_on_a_phone(opened):

@@ -285,6 +285,22 @@ def test_numbers_as_a_reader_wants_them():
     assert '<th scope="col" class="number">a</th>' in text
 
 
+@pytest.mark.parametrize(
+    ("column", "keys"),
+    [
+        (["9/12", "10/12", ""], ["9", "10", ""]),
+        (["-27.9 (-30 to -20)", "9.5 (8 to 11)", "1e+03"], ["-27.9", "9.5", "1e+03"]),
+        (["2025_hall", "10/12", "3"], [None, None, None]),
+    ],
+)
+def test_texts_sort_by_the_numbers_that_all_of_them_begin_with(column, keys):
+    table = Table("t", ["a"], [[cell] for cell in column])
+    text = render_page(Report("t", "s", [], "c", "y", sections=[Section("s", tables=[table])]))
+    cells = re.findall(r'<td data-label="a"(.*?)>(.*?)</td>', text)
+    attributes = ["" if key is None else f' data-sort="{key}"' for key in keys]
+    assert cells == list(zip(attributes, column, strict=True))
+
+
 def test_wide_pictures_get_the_whole_width():
     header = b"\x89PNG\r\n\x1a\n\0\0\0\rIHDR"
     assert Attachment("a", "image/png", header + (300).to_bytes(4, "big") + (100).to_bytes(4, "big")).wide
