@@ -96,9 +96,9 @@ def test_an_interrupted_bench_goes_on_to_the_same_results(tmp_path, driven_befor
     [
         ({"seed": 6}, "seed was 5 when the benchmark began, got 6"),
         ({"repeats": 3}, "repeats was 2 when the benchmark began, got 3"),
-        ({"controllers": ["rpp", "dwb"]}, r"controllers\.far was .* when the benchmark began, got None"),
+        ({"controllers": ["rpp", "dwb"]}, "list of controllers was far, rpp when the benchmark began, got dwb, rpp"),
         ({"time_limit": 20.0}, r"settings\.environment\.time_limit was 150\.0 when the benchmark began, got 20\.0"),
-        ({"goal": (8.0, 6.0, 0.5)}, r"maps\.1 office was '.*' when the benchmark began"),
+        ({"goal": (8.0, 6.0, 0.5)}, r"digest of map 1 office with start and goal was \w+ when the benchmark began"),
         ({"resume": False}, "already holds a benchmark; continue it with --resume, or choose another directory"),
     ],
 )
@@ -274,5 +274,5 @@ def test_a_benchmark_is_not_continued_with_another_model_in_the_same_file(tmp_pa
     with allow_code():
         begin(resume=True)
         model.write_bytes(b"second")
-        with pytest.raises(ConfigError, match=r"controllers\.learned\.model was '\w+' when the benchmark began"):
+        with pytest.raises(ConfigError, match=r"controllers\.learned\.model was \w+ when the benchmark began"):
             begin(resume=True)
