@@ -234,7 +234,11 @@ def note_models(specs: Sequence[ControllerSpec], settings: DriveSettings) -> Non
 def note_errors(path: str | Path) -> None:
     """Print how many runs in a directory ended in an error, and the reason of the first; nothing if none did."""
     with ResultStore(Path(path) / STORE) as store:
-        reasons, runs = store.errors(), len(store)
+        note_reasons(store.errors(), len(store))
+
+
+def note_reasons(reasons: Sequence[str], runs: int) -> None:
+    """Print how many of some runs ended in an error, and the first of their reasons; nothing if none did."""
     if reasons:
         note(f"{len(reasons)} of {runs} runs ended in an error, the first because: {reasons[0]}")
 

@@ -128,7 +128,7 @@ def run(args: argparse.Namespace) -> int:
     console.print(f"A page with replays: mapbench report {found.path}")
     console.print(f"The maps on other seeds: mapbench bench {found.path} --repeats 5")
     _print_early_end(found)
-    _print_errors(found)
+    driving_options.note_reasons([row["reason"] for row in runs if row["outcome"] == "error"], len(runs))
     return 0
 
 
@@ -184,10 +184,3 @@ def _print_early_end(loaded: LoadedRun) -> None:
     done, wanted = len(loaded.individuals), loaded.config["search"]["evaluations"]
     if loaded.config["search"]["runs"] is None and done < wanted:
         note(f"ended after {done} of {wanted} map sets, as no new one was found")
-
-
-def _print_errors(loaded: LoadedRun) -> None:
-    """Print the number of runs that ended in an error, and the reason of the first."""
-    reasons = [row["reason"] for row in loaded.runs if row["outcome"] == "error"]
-    if reasons:
-        note(f"{len(reasons)} of {len(loaded.runs)} runs ended in an error, the first because: {reasons[0]}")
