@@ -169,6 +169,22 @@ def test_a_table_fits_a_narrow_terminal(monkeypatch):
     assert drawn.getvalue().count("otherwise") == 1
 
 
+@pytest.mark.parametrize("width", [50, 60, 80])
+def test_no_word_of_a_table_is_broken_and_every_block_says_which_row_it_is_about(monkeypatch, width):
+    drawn = io.StringIO()
+    monkeypatch.setattr(console, "console", Console(file=drawn, width=width))
+    row = {"map": "a_long_name_003", "controller": "rpp", "mean s": 36.1, "length m": 10.5, "clearance m": 0.057}
+    row |= {"velocity_smoothness": 0.123, "n_collisions_with_people": 2, "otherwise": "2 controller_failure, 1 timeout"}
+    console.print_table(Table([row, {**row, "controller": "mppi", "otherwise": ""}], "The title"))
+    lines = drawn.getvalue().splitlines()
+    assert max(map(len, lines)) <= width
+    words = drawn.getvalue().split()
+    assert {"smoothness", "collisions_", "people", "clearance", "controller_failure,", "timeout", "0.123"} <= set(words)
+    assert words.count("title") == 1
+    headed = [line for line in lines if line.startswith("a_long_name_003") and "mppi" in line]
+    assert len(headed) == words.count("map") > 1
+
+
 def test_slow_rates_are_counted_by_the_minute(monkeypatch):
     speed = RunsPerSecond()
     speed.runs = 12
