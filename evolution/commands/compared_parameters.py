@@ -94,6 +94,8 @@ def run_comparison(args: argparse.Namespace) -> int:
             resources=driving_options.resources_of(args),
         )
     _print(result, args.format)
+    if args.out is not None:
+        driving_options.note_errors(args.out)
     if page is not None:
         write_comparison_report(result, page, driving_options.repeatable(args.given))
         note(f"wrote {page}; open it in any browser")

@@ -43,6 +43,9 @@ EXAMPLES = """  mapbench evolve --preset quick --out runs/first
 
 BESIDE_RESUME = (*driving_options.RESOURCE_OPTIONS, *COMMON)
 """Options that do not change the result."""
+SELECTED_BY_ERRORS = (
+    "--resume does not repeat them, as the search has selected by them. To repeat them, begin again in a new directory."
+)
 SEARCH_OPTIONS = ("fitness", "pop_size", "evaluations", "runs", "maps_per_set", "repeats", "metric", "failures", "seed")
 
 
@@ -128,7 +131,8 @@ def run(args: argparse.Namespace) -> int:
     console.print(f"A page with replays: mapbench report {found.path}")
     console.print(f"The maps on other seeds: mapbench bench {found.path} --repeats 5")
     _print_early_end(found)
-    driving_options.note_reasons([row["reason"] for row in runs if row["outcome"] == "error"], len(runs))
+    reasons = [row["reason"] for row in runs if row["outcome"] == "error"]
+    driving_options.note_reasons(reasons, len(runs), SELECTED_BY_ERRORS)
     return 0
 
 

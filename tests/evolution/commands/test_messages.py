@@ -6,6 +6,9 @@ import argparse
 import io
 import logging
 import re
+import shlex
+import sqlite3
+from contextlib import closing
 from dataclasses import replace
 from types import SimpleNamespace
 
@@ -57,7 +60,13 @@ def test_how_many_runs_ended_in_an_error_is_said(capsys, tmp_path):
         assert capsys.readouterr().err == ""
         store.put("b", RunResult("error", 0.0, 0.0, reason="the worker died"))
     note_errors(tmp_path)
-    assert capsys.readouterr().err == "1 of 2 runs ended in an error, the first because: the worker died\n"
+    counted, how = capsys.readouterr().err.splitlines()
+    assert counted == "1 of 2 runs ended in an error, the first because: the worker died"
+    statement = shlex.split(how.partition("first: ")[2])[-1]
+    with closing(sqlite3.connect(tmp_path / "results.sqlite", isolation_level=None)) as database:
+        assert database.execute(statement).rowcount == 1
+    with ResultStore(tmp_path / "results.sqlite") as store:
+        assert (len(store), store.errors()) == (1, [])
 
 
 def test_verbose_says_where_everything_comes_from_and_how_runs_end(capsys, tmp_path):
