@@ -40,6 +40,12 @@ def fake_robot(monkeypatch):
     monkeypatch.setattr("evolution.api.searches.write_run_figures", lambda _: None)
 
 
+def test_every_metric_that_is_asked_for_is_a_column_of_the_summary():
+    asked = ["jerk", "freezing_time", "time"]
+    result = bench(OFFICE, "rpp", metrics=asked, workers=1, time_limit=1.0)
+    assert [name for name in result.table().columns if name in asked] == ["jerk", "freezing_time"]
+
+
 @pytest.mark.usefixtures("fake_robot")
 def test_bench_keeps_what_load_reads(tmp_path):
     result = bench(OFFICE, ["rpp", {"name": "far", "kind": "rpp"}], repeats=2, workers=1, out=tmp_path / "b")
