@@ -5,6 +5,7 @@ from __future__ import annotations
 import re
 from collections.abc import Iterator, Mapping
 from hashlib import sha256
+from itertools import chain, count
 from typing import Any
 
 from controllers.nav2_params.filter_servers import INFO_SERVERS, MASK_SERVERS
@@ -12,6 +13,7 @@ from controllers.nav2_params.filters_section import ABSOLUTE, CLASSES, LIMIT_TOP
 from controllers.nav2_params.navigation import NavigationParams
 from controllers.releases import Release
 from gym_mapbench.costmap import CostmapParams, FilterMask, KeepoutFilter, SpeedFilter
+from gym_mapbench.errors import ConfigError
 from gym_mapbench.mapio import Occupancy, occupancy_files
 
 FOLDER = "maps/masks"
@@ -22,7 +24,8 @@ Filter = KeepoutFilter | SpeedFilter
 
 def filter_groups(costmap: CostmapParams, where: str) -> dict[str, Any]:
     """Return the list of a costmap's filters and their groups; nothing where there are none."""
-    groups = {name: _group(each, _name(where, name), costmap.release) for name, each in _filters(costmap)}
+    ros_names = _ros_names(where, costmap)
+    groups = {name: _group(each, ros_names[name], costmap.release) for name, each in _filters(costmap)}
     return {"filters": list(groups), **groups} if groups else {}
 
 
@@ -58,16 +61,29 @@ def mask_files(navigation: NavigationParams) -> dict[str, str | bytes]:
 def _named(navigation: NavigationParams) -> Iterator[tuple[str, Filter]]:
     """Yield all filters, each with a name that no other has."""
     for where, costmap in navigation.costmaps.items():
+        ros_names = _ros_names(where, costmap)
         for name, each in _filters(costmap):
-            yield _name(where, name), each
+            yield ros_names[name], each
 
 
-def _name(where: str, name: str) -> str:
-    """Return a filter's name for nodes and topics, which have letters, digits and underscores only in ROS."""
-    return f"{where}_{re.sub('[^A-Za-z0-9_]', '_', name)}"
+def _ros_names(where: str, costmap: CostmapParams) -> dict[str, str]:
+    """Return each filter's name for nodes and topics, which have letters, digits and underscores only in ROS.
+
+    Where two filters would share a name, the later one gets a number.
+    """
+    ros_names: dict[str, str] = {}
+    for name, _ in _filters(costmap):
+        plain = f"{where}_{re.sub('[^A-Za-z0-9_]', '_', name)}"
+        candidates = chain([plain], (f"{plain}_{number}" for number in count(2)))
+        ros_names[name] = next(one for one in candidates if one not in ros_names.values())
+    return ros_names
 
 
 def _filters(costmap: CostmapParams) -> list[tuple[str, Filter]]:
+    """Return all filters; raises ``ConfigError`` if two have one name, as Nav2 lists them together."""
+    for name in costmap.keepout_filters:
+        if name in costmap.speed_filters:
+            raise ConfigError(f"speed_filters.{name}: expected a name that no filter in keepout_filters has")
     return [*costmap.keepout_filters.items(), *costmap.speed_filters.items()]
 
 

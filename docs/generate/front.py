@@ -31,10 +31,10 @@ def main() -> None:
         raise RunError(f"{run.path}: no run could be recorded")
     (drawn,) = save_figure(figure, DOCS / "evolved", formats=("png",))
     drawn.write_bytes(picture("evolved", drawn.read_bytes()).content)
-    last, radius = maps[-1], run.config["run"]["environment"]["robot"]["radius"]
+    last = maps[-1]
     title = f"Three Nav2 controllers on an evolved map: {last.recorded_sample}"
     labels = [LABELS[one.controller] for one in last.episodes]
-    save_comparison(last.episodes, radius, DOCS / "controllers.gif", title, labels)
+    save_comparison(last.episodes, DOCS / "controllers.gif", title, labels)
 
 
 if __name__ == "__main__":

@@ -32,7 +32,7 @@ def main() -> None:
     controllers = [*policies, ControllerSpec(name="mppi", kind="mppi")]
     settings = DriveSettings(navigation="fair")
     episodes = [drive(job) for job in JobPlan(controllers, settings, 0).jobs(scenario)]
-    save_comparison(episodes, settings.environment.robot.radius, args.out, TITLE)
+    save_comparison(episodes, args.out, TITLE)
 
 
 if __name__ == "__main__":

@@ -44,6 +44,7 @@ from evolution.inputs import (
 from evolution.minimizing import Minimized, MinimizeSettings, read_verdict, run_minimizing
 from gym_mapbench.errors import ConfigError
 from gym_mapbench.mapio import PoseLike
+from gym_mapbench.metrics import ALWAYS
 
 LOG = logging.getLogger(__name__)
 
@@ -119,10 +120,17 @@ def bench(
     kept = None if out is None else begin_benchmark(Path(out), benchmark_document(scenarios, plan), resume=resume)
     with benchmark_evaluator(kept, resources, [plan]) as evaluator:
         result = run_all(scenarios, plan, evaluator, on_run)
+        result = replace(result, metrics=_shown(metrics, result))
         result = result if run is None else replace(result, reevaluation=reevaluation_in(result.rows, run))
         if kept is not None:
             result.save(kept)
     return result
+
+
+def _shown(asked: Sequence[str], result: Benchmark) -> tuple[str, ...]:
+    """Return the metrics that are columns of the summary: those asked for that every run has, and the further ones."""
+    always = [name for name in asked if name in ALWAYS and any(name in row for row in result.rows)]
+    return tuple(dict.fromkeys([*always, *result.metrics]))
 
 
 def compare(

@@ -11,7 +11,6 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from operator import itemgetter
 from pathlib import Path
 from typing import Any
 
@@ -37,7 +36,7 @@ def begin_benchmark(path: Path, benchmark: Mapping[str, Any], *, resume: bool) -
         ConfigError: If it holds anything, or with ``resume`` if another benchmark was begun there.
         RunError: If it cannot be written, or with ``resume`` if it holds no benchmark or another version's.
     """
-    BENCHMARK.begin_or_resume(path, {"benchmark": benchmark}, itemgetter("benchmark"), resume=resume)
+    BENCHMARK.begin_or_resume(path, {"benchmark": benchmark}, _options, resume=resume)
     return path
 
 
@@ -54,6 +53,29 @@ def benchmark_document(scenarios: Sequence[Scenario], plan: JobPlan) -> dict[str
         "metrics": list(plan.metrics),
         "settings": settings,
     }
+
+
+def _options(document: Mapping[str, Any]) -> object:
+    """Return the options of a document, as errors name them: what a user lists comes first, by name."""
+    options = document["benchmark"]
+    if not isinstance(options, dict):
+        return options
+    maps = _named(options, "maps")
+    places = [entry.partition(" ") for entry in maps]
+    lists = {f"list of {key}": ", ".join(sorted(_named(options, key))) for key in ("controllers", "configurations")}
+    return {
+        "number of maps": len(maps),
+        **{f"map {number}": name for number, _, name in places},
+        **{f"digest of map {entry} with start and goal": digest for entry, digest in maps.items()},
+        **lists,
+        **{key: value for key, value in options.items() if key != "maps"},
+    }
+
+
+def _named(options: Mapping[str, Any], key: str) -> dict[str, Any]:
+    """Return a mapping of a document by names; an empty one of a damaged document."""
+    value = options.get(key)
+    return value if isinstance(value, dict) else {}
 
 
 def _controller_document(spec: ControllerSpec) -> dict[str, Any]:

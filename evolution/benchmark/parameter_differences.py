@@ -88,4 +88,9 @@ def _short(name: str) -> str:
 
 
 def _text(value: object) -> str:
+    """Return a value as a parameter file has it."""
+    if isinstance(value, bool):
+        return str(value).lower()
+    if isinstance(value, list | tuple):
+        return f"[{', '.join(map(_text, value))}]"
     return f"{value:g}" if isinstance(value, float) else str(value)

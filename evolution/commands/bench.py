@@ -133,6 +133,8 @@ def run(args: argparse.Namespace) -> int:
         _print_barn(score_runs(result, lengths, args.lo or BARN_FACTOR), barn)
         if not args.unknown_map:
             note(KNOWN_MAP)
+    if args.out is not None:
+        driving_options.note_errors(args.out)
     if page is not None:
         write_benchmark_report(result, page, driving_options.repeatable(args.given), as_set)
         note(f"wrote {page}; open it in any browser")

@@ -25,6 +25,7 @@ from evolution.benchmark import (
 )
 from evolution.commands import driving_options, options
 from evolution.commands.console import console, errors, note, only_results_on_stdout, print_table
+from evolution.commands.parameter_file import shared_defines
 from evolution.commands.progress import WorkBar
 from evolution.driving import JobPlan
 from evolution.files import Row
@@ -95,6 +96,8 @@ def run_comparison(args: argparse.Namespace) -> int:
             resources=driving_options.resources_of(args),
         )
     _print(result, args.format)
+    if args.out is not None:
+        driving_options.note_errors(args.out)
     if page is not None:
         write_comparison_report(result, page, driving_options.repeatable(args.given))
         note(f"wrote {page}; open it in any browser")
@@ -112,7 +115,8 @@ def report_broken(rules: Iterable[Rule], runs: Mapping[str, Sequence[Row]]) -> i
 def _of_files(args: argparse.Namespace, searched: LoadedRun | None) -> list[Configuration]:
     """Return a configuration for each ``--params``."""
     named = [_label_and_file(text) for text in args.params]
-    return [Configuration(label, _plan(_with_params(args, file), searched)) for label, file in named]
+    defines = shared_defines(args.define or (), [file for _, file in named])
+    return [Configuration(label, _plan(_with_params(args, file, defines[file]), searched)) for label, file in named]
 
 
 def _swept(args: argparse.Namespace, searched: LoadedRun | None) -> list[Configuration]:
@@ -120,15 +124,15 @@ def _swept(args: argparse.Namespace, searched: LoadedRun | None) -> list[Configu
     if args.params and len(args.params) > 1:
         raise ConfigError(f"--sweep: expected at most one --params, got {len(args.params)}")
     swept = [read_sweep(text) for text in args.sweep]
-    own = _with_params(args, args.params[0] if args.params else None)
+    own = _with_params(args, args.params[0] if args.params else None, args.define)
     if own.controllers is None:
         own.controllers = ",".join(swept_controllers(swept)) or None
     return sweep(_plan(own, searched), swept, args.sweep_samples)
 
 
-def _with_params(args: argparse.Namespace, file: str | None) -> argparse.Namespace:
+def _with_params(args: argparse.Namespace, file: str | None, define: Sequence[str] | None) -> argparse.Namespace:
     """Return the options of a benchmark with one parameter file."""
-    return argparse.Namespace(**{**vars(args), "params": file})
+    return argparse.Namespace(**{**vars(args), "params": file, "define": define})
 
 
 def _plan(args: argparse.Namespace, searched: LoadedRun | None) -> JobPlan:

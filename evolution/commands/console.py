@@ -8,8 +8,9 @@ import logging
 import math
 import os
 import sys
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterator, Mapping, Sequence
 from contextlib import contextmanager, redirect_stdout
+from dataclasses import replace
 from typing import Any
 
 from rich.box import SIMPLE_HEAD
@@ -18,6 +19,7 @@ from rich.measure import Measurement
 from rich.table import Table as Grid
 from rich.text import Text
 
+from evolution.commands.narrow_tables import Column, blocks_within, widths_within
 from evolution.files import Table, version_lines
 from gym_mapbench.errors import visible
 
@@ -128,19 +130,39 @@ def only_results_on_stdout() -> Iterator[None]:
 def print_table(table: Table) -> None:
     """Print a table on standard output, numbers aligned to the right, without columns that hold nothing.
 
-    Where it is too wide, it does without lines between columns, headings wider than what stands below are broken,
-    and texts go on below rather than being cut off; the names in the first column stay whole.
+    Where it is too wide, it does without lines between columns, headings wider than what stands below are broken, and
+    texts go on below, between words. If whole words are too wide, the last columns follow in a table of their own.
     """
     grid = Grid(title=table.title or None, title_justify="left")
-    cells = table.cells()
-    for place, name in enumerate(table.filled):
-        whole = place == 0 and max(len(line[place]) for line in cells) <= LONGEST_NAME
-        grid.add_column(name, justify="right" if table.numeric(name) else "left", overflow="fold", no_wrap=whole)
-    for line in cells:
+    for column in (columns := _columns(table)):
+        grid.add_column(column.name, justify=column.justify, no_wrap=column.whole)
+    for line in table.cells():
         grid.add_row(*line)
     if Measurement.get(console, console.options.update(max_width=UNLIMITED), grid).maximum > console.width:
-        grid.box, grid.show_edge, grid.padding = SIMPLE_HEAD, False, (0, 0)
-        for column, name, texts in zip(grid.columns, table.filled, zip(*cells, strict=True), strict=True):
-            if len(name) > max(map(len, texts)):
-                column.header = name.replace(" ", "\n").replace("_", "_\n")
-    console.print(grid)
+        _print_narrow(columns, table.title)
+    else:
+        console.print(grid)
+
+
+def _columns(table: Table) -> list[Column]:
+    """Return the columns of a table; the names in the first stay on one line if none is very long."""
+    columns = [
+        Column(name, cells, table.numeric(name))
+        for name, cells in zip(table.filled, zip(*table.cells(), strict=True), strict=True)
+    ]
+    if columns and max(map(len, columns[0].cells)) <= LONGEST_NAME:
+        columns[0] = replace(columns[0], whole=True)
+    return columns
+
+
+def _print_narrow(columns: Sequence[Column], title: str) -> None:
+    """Print a table without lines between columns, in blocks that fit the terminal."""
+    if title:
+        console.print(Text(visible(title), "table.title"))
+    for number, block in enumerate(blocks_within(columns, console.width)):
+        grid = Grid(box=SIMPLE_HEAD, show_edge=False, padding=(0, 0))
+        for column, width in zip(block, widths_within(block, console.width), strict=True):
+            grid.add_column(column.heading, justify=column.justify, overflow="fold", width=width)
+        for line in zip(*(column.cells for column in block), strict=True):
+            grid.add_row(*line)
+        console.print(*([""] if number else []), grid, sep="\n")

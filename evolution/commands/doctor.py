@@ -90,7 +90,8 @@ def _speed() -> Iterator[str]:
         turns = seconds / min(calibration_loop() for _ in range(DRIVES))
         yield (
             f"{kind}: a run of {SECONDS:g} s takes {1e3 * seconds:.0f} ms of the processor "
-            f"({SECONDS / seconds:.2g} times real time), or {turns / 1e6:.2g} million turns of the calibration loop"
+            f"({round(SECONDS / seconds, 1):g} times real time), or {turns / 1e6:.2g} million turns of the calibration "
+            "loop"
         )
     share = (time.process_time() - busy) / (time.perf_counter() - wall)
     if share < BUSY:

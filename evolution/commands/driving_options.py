@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import argparse
+import shlex
 from collections.abc import Sequence
 from pathlib import Path
 
@@ -237,11 +238,20 @@ def note_models(specs: Sequence[ControllerSpec], settings: DriveSettings) -> Non
 
 
 def note_errors(path: str | Path) -> None:
-    """Print how many runs in a directory ended in an error, and the reason of the first; nothing if none did."""
-    with ResultStore(Path(path) / STORE) as store:
-        reasons, runs = store.errors(), len(store)
+    """Print how many runs in a directory ended in an error, why, and how to repeat them; nothing if none did."""
+    store = Path(path) / STORE
+    with ResultStore(store) as results:
+        reasons, runs = results.errors(), len(results)
+    delete = "DELETE FROM results WHERE json_extract(result, '$.outcome') = 'error'"
+    command = f'sqlite3 {shlex.quote(str(store))} "{delete}"'
+    note_reasons(reasons, runs, f"--resume does not repeat them. To repeat them, delete them first: {command}")
+
+
+def note_reasons(reasons: Sequence[str], runs: int, how_to_repeat: str) -> None:
+    """Print how many of some runs ended in an error, the first of their reasons, and how to repeat them."""
     if reasons:
         note(f"{len(reasons)} of {runs} runs ended in an error, the first because: {reasons[0]}")
+        note(how_to_repeat)
 
 
 def resources_of(args: argparse.Namespace) -> Resources:

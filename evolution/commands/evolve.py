@@ -43,6 +43,9 @@ EXAMPLES = """  mapbench evolve --preset quick --out runs/first
 
 BESIDE_RESUME = (*driving_options.RESOURCE_OPTIONS, *COMMON)
 """Options that do not change the result."""
+SELECTED_BY_ERRORS = (
+    "--resume does not repeat them, as the search has selected by them. To repeat them, begin again in a new directory."
+)
 SEARCH_OPTIONS = ("fitness", "pop_size", "evaluations", "runs", "maps_per_set", "repeats", "metric", "failures", "seed")
 
 
@@ -128,7 +131,8 @@ def run(args: argparse.Namespace) -> int:
     console.print(f"A page with replays: mapbench report {found.path}")
     console.print(f"The maps on other seeds: mapbench bench {found.path} --repeats 5")
     _print_early_end(found)
-    _print_errors(found)
+    reasons = [row["reason"] for row in runs if row["outcome"] == "error"]
+    driving_options.note_reasons(reasons, len(runs), SELECTED_BY_ERRORS)
     return 0
 
 
@@ -184,10 +188,3 @@ def _print_early_end(loaded: LoadedRun) -> None:
     done, wanted = len(loaded.individuals), loaded.config["search"]["evaluations"]
     if loaded.config["search"]["runs"] is None and done < wanted:
         note(f"ended after {done} of {wanted} map sets, as no new one was found")
-
-
-def _print_errors(loaded: LoadedRun) -> None:
-    """Print the number of runs that ended in an error, and the reason of the first."""
-    reasons = [row["reason"] for row in loaded.runs if row["outcome"] == "error"]
-    if reasons:
-        note(f"{len(reasons)} of {len(loaded.runs)} runs ended in an error, the first because: {reasons[0]}")

@@ -17,11 +17,13 @@ from evolution.runs import experiment_in
 from evolution.search import DEFAULT_CONTROLLERS
 from gym_mapbench.mapio import TaskedMap, group_scenarios, load_maps, load_scenarios
 from gym_mapbench.mapio.conversion import write_maps
-from gym_mapbench.mapio.formats import WRITTEN
+from gym_mapbench.mapio.formats import FORMATS, WRITTEN
 from gym_mapbench.mapio.gazebo import export_gazebo
 from gym_mapbench.mapio.gazebo_navigation import BundledNavigation
 from gym_mapbench.mapio.mesh import WALL_HEIGHT
 
+GAZEBO = "gazebo"
+"""The format that needs more than maps."""
 EXAMPLES = """  mapbench export runs/first --format gazebo --out package
   mapbench export maps.mapset.json --format map_server --out maps
   mapbench export office.yaml --format gazebo --params nav2_params.yaml --out package
@@ -37,7 +39,7 @@ def add_parser(subparsers: argparse._SubParsersAction[argparse.ArgumentParser]) 
     """Add the subcommand."""
     parser = options.example_parser(subparsers, "export", EXAMPLES)
     parser.add_argument("source", metavar="RUN_OR_MAPSET", help="run directory, map-set file, or any map")
-    parser.add_argument("--format", required=True, metavar="NAME", help=f"one of gazebo, {', '.join(WRITTEN)}")
+    parser.add_argument("--format", required=True, metavar="NAME", help=f"one of {GAZEBO}, {', '.join(WRITTEN)}")
     parser.add_argument("--out", required=True, metavar="DIR", help="a new or empty directory")
     parser.add_argument(
         "--wall-height",
@@ -54,7 +56,11 @@ def add_parser(subparsers: argparse._SubParsersAction[argparse.ArgumentParser]) 
 
 def run(args: argparse.Namespace) -> int:
     """Write the files and print their number."""
-    written = _export_gazebo(args) if args.format == "gazebo" else write_maps(_maps(args), args.out, args.format)
+    if args.format == GAZEBO:
+        written = _export_gazebo(args)
+    else:
+        FORMATS.get(args.format, others=(GAZEBO,))
+        written = write_maps(_maps(args), args.out, args.format)
     console.print(f"wrote {len(written)} files to {args.out}")
     return 0
 

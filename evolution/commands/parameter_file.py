@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import argparse
 import functools
+from collections.abc import Sequence
 from pathlib import Path
 
 from controllers.nav2_params import PRESETS, Nav2Params, load_preset, read_nav2_params, summarise
@@ -11,7 +12,8 @@ from controllers.releases import RELEASES, Release
 from evolution.commands.console import note
 from gym_mapbench.env.config import EnvConfig
 from gym_mapbench.errors import ConfigError
-from gym_mapbench.ros_params import parse_defines
+from gym_mapbench.files.documents import read_document_text
+from gym_mapbench.ros_params import parse_defines, template_names
 
 ONLY_FOR_FILES = ("define", "only")
 
@@ -50,6 +52,28 @@ def read_parameter_file(args: argparse.Namespace) -> Nav2Params | None:
         _refuse_other_release(args)
         return None
     return _read(args.params, args.nav2, tuple(args.define or ()), args.only, _names_controllers(args))
+
+
+def shared_defines(options: Sequence[str], paths: Sequence[str]) -> dict[str, list[str]]:
+    """Return the ``--define`` options of each of several parameter files: those whose template the file has.
+
+    An option that no file has a template for is among those of all files, so that it is refused.
+
+    Args:
+        options: The options, ``NAME=VALUE``.
+        paths: Files, or names of presets.
+    """
+    held = {path: _templates(path) for path in paths}
+    known: set[str] = set().union(*held.values())
+    return {
+        path: [option for option in options if (name := option.partition("=")[0]) in names or name not in known]
+        for path, names in held.items()
+    }
+
+
+def _templates(path: str) -> set[str]:
+    """Return the names of a file's templates; none for a preset or a missing file."""
+    return set() if path in PRESETS or not Path(path).exists() else template_names(read_document_text(path))
 
 
 def describe_parameter_file(read: Nav2Params, args: argparse.Namespace, environment: EnvConfig) -> None:

@@ -121,8 +121,9 @@ class ResultStore:
         """Return the reasons of the runs that ended in an error, in order of their keys."""
         with self._errors("cannot be read"):
             like = "SELECT key, result FROM results WHERE result LIKE ? ORDER BY key"
-            rows = self._database.execute(like, ['{"outcome":"error"%']).fetchall()
-        return [self._result(key, text).reason for key, text in rows]
+            rows = self._database.execute(like, ['%"error"%']).fetchall()
+        results = [self._result(key, text) for key, text in rows]
+        return [result.reason for result in results if result.outcome == "error"]
 
     def __len__(self) -> int:
         (count,) = self._database.execute("SELECT COUNT(*) FROM results").fetchone()

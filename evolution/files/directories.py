@@ -16,6 +16,9 @@ from gym_mapbench.trust import refuse_code
 
 LOG = logging.getLogger(__name__)
 
+LONGEST = 80
+"""Characters of a value in an error."""
+
 Options = Callable[[Mapping[str, Any]], object]
 
 
@@ -124,7 +127,7 @@ class DirectoryKind:
         refuse_version(config, path)
         begun = {key: config.get(key) for key in document}
         for name, before, now in differences(options(begun), options(json.loads(json.dumps(document)))):
-            raise ConfigError(f"{path}: {name} was {before!r} when the {self.what} began, got {now!r}")
+            raise ConfigError(f"{path}: {name} was {_plain(before)} when the {self.what} began, got {_plain(now)}")
 
 
 def differences(was: Any, now: Any, name: str = "") -> Iterable[tuple[str, Any, Any]]:
@@ -134,6 +137,12 @@ def differences(was: Any, now: Any, name: str = "") -> Iterable[tuple[str, Any, 
             yield from differences(was.get(key), now.get(key), f"{name}.{key}" if name else key)
     elif was != now:
         yield name, was, now
+
+
+def _plain(value: Any) -> str:
+    """Return a JSON value as option files and command lines have it, a long one cut off."""
+    text = value if isinstance(value, str) and value else "none" if value is None else json.dumps(value)
+    return text if len(text) <= LONGEST else f"{text[:LONGEST]}..."
 
 
 def new_directory(path: Path) -> None:

@@ -7,9 +7,8 @@ A third-party section is a function that takes the :class:`~evolution.runs.Loade
 from __future__ import annotations
 
 from collections.abc import Callable, Iterable, Mapping
+from statistics import fmean
 from typing import Any
-
-import numpy as np
 
 from evolution.pictures import FIGURES
 from evolution.report.page import Attachment, Section, Table, picture
@@ -126,8 +125,9 @@ def _times_rows(entry: Mapping[str, Any]) -> list[list[str | float | int]]:
     for one in summary_of_map(entry["name"], entry["runs"]).controllers:
         results = entry["runs"][one.controller]
         ends = [min(one.times), max(one.times)] if one.times else [float("nan")] * 2
-        recoveries = float(np.mean([result["metrics"].get("n_recoveries", np.nan) for result in results]))
-        outcomes = ", ".join(sorted({result["outcome"] for result in results}))
+        known = [result["metrics"].get("n_recoveries", float("nan")) for result in results]
+        recoveries = fmean(known) if known else float("nan")
+        outcomes = ", ".join(sorted({result["outcome"] for result in results})) or "no run"
         counts = [one.runs, one.median, *ends, len(one.outliers), recoveries]
         rows.append([entry["name"], score, one.controller, *counts, outcomes])
     return rows

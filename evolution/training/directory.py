@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import logging
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
@@ -22,12 +23,14 @@ from evolution.files import (
     write_json,
     write_text,
 )
-from evolution.training.levels import is_split
+from evolution.training.levels import EVERY_FIFTH, is_split
 from evolution.training.settings import TrainSettings
 from gym_mapbench.errors import RunError, refuse_unknown
 from gym_mapbench.mapio.map_set_file import map_set_document, parse_map_set
 from gym_mapbench.mapio.tasked_map import group_scenarios
 from gym_mapbench.world.scenario import Scenario
+
+LOG = logging.getLogger(__name__)
 
 CONFIG, STATE, CURVE, README = "training.json", "state.json", "curve.csv", "README.txt"
 BEST, LATEST, CHECKPOINTS, FIGURES, LOGS = "best_model.zip", "model.zip", "checkpoints", "figures", "tensorboard"
@@ -187,8 +190,18 @@ class TrainingDir:
     @property
     def not_held_out(self) -> tuple[str, ...]:
         """Which of ``maps`` and ``curriculum`` are too few to hold one out, so that they are evaluated on as well."""
-        given = zip(("maps", "curriculum"), self.read_maps(), strict=True)
-        return tuple(name for name, scenarios in given if scenarios and not is_split(scenarios))
+        files = {"maps": MAPS, "curriculum": CURRICULUM}
+        return tuple(name for name, file in files.items() if self._holds_none_out(file))
+
+    def _holds_none_out(self, name: str) -> bool:
+        """Whether a file has too few maps to hold one out; of a deleted file, their recorded number decides."""
+        count = self.config.get(COUNT_OF[name], 0)
+        if count and not (self.path / name).is_file():
+            said = "%s: was deleted; whether maps were held out follows from their number, %d"
+            LOG.warning(said, self.path / name, count)
+            return bool(count < EVERY_FIFTH)
+        scenarios = self._given(name)
+        return bool(scenarios) and not is_split(scenarios)
 
     def _given(self, name: str) -> list[Scenario]:
         """Read a file of maps; an earlier version did not record how many there are."""

@@ -69,6 +69,14 @@ class TuningPlan:
         """What costs are measured by, for each map by its digest."""
         return {one.digest: scale_of(one, self.world) for one in (*self.train, *self.test)}
 
+    def check_ways(self) -> None:
+        """Refuse maps on which no way leads to the goal, as they have no scale.
+
+        Raises:
+            ConfigError: Naming the first of them.
+        """
+        _ = self.scales
+
     @cached_property
     def requirements(self) -> tuple[Requirement, ...]:
         """The conditions that the runs of a trial must meet."""

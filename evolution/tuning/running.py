@@ -63,7 +63,7 @@ def run_tuning(
         RunError: If no worker starts, or nothing can be written.
     """
     text.with_values(plan.own)
-    _ = plan.scales  # refuses a map without a way to the goal before the directory is made
+    plan.check_ways()
     TUNING.begin_or_resume(path, {"tuning": plan.document()}, itemgetter("tuning"), resume=resume)
     own = plan.jobs_with(None)
     with (

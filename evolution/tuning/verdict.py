@@ -86,8 +86,9 @@ def _paired(test: Sequence[Row]) -> list[str]:
     """Return the paired comparison of success and time in words."""
     own, tuned = ([row for row in test if row["controller"] == name] for name in (OWN, TUNED))
     found = compare_rows(own, tuned)
+    unit = "maps" if len({row["map"] for row in own}) >= FEWEST_FOR_INTERVAL else "pairs of runs"
     lines = [
-        f"The tuned values reach the goal more often on {found.wins} of {found.n} maps and less often on "
+        f"The tuned values reach the goal more often on {found.wins} of {found.n} {unit} and less often on "
         f"{found.losses} (McNemar's exact test: p = {found.p_success:.2g})."
     ]
     if found.both:
@@ -117,7 +118,7 @@ def _changes(before: Mapping[str, Value], after: Mapping[str, Value], importance
     """Return the changes of the most important parameters in words."""
     changed = [name for name in after if after[name] != before[name]]
     shown = sorted(changed, key=lambda name: -importances.get(name, 0.0))[:MOST_CHANGES]
-    which = f"the {len(shown)} most important" if importances else f"{len(shown)}"
+    which = f"the {len(shown)} most important" if importances else f"{len(shown)} of them"
     head = f"{len(changed)} parameters change" + (f"; {which}" if len(shown) < len(changed) else "")
     return f"{head}: {'; '.join(_change(name, before[name], after[name]) for name in shown)}."
 

@@ -28,6 +28,7 @@ from gym_mapbench.ros_params.templates import (
     first_unreadable,
     no_value,
     parse_defines,
+    template_names,
 )
 
 __all__ = [
@@ -59,5 +60,6 @@ __all__ = [
     "since",
     "slashed_in_humble",
     "take_class",
+    "template_names",
     "value_at",
 ]

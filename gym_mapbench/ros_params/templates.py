@@ -54,14 +54,24 @@ def fill_templates(text: str, defines: Mapping[str, str]) -> str:
     Raises:
         ConfigError: If the text has no template of one of the names; the error gives the nearest name.
     """
-    code = "\n".join(COMMENT.sub("", line) for line in text.splitlines())
-    names, placeholders = {template.name for template in _templates(code)}, set(PLACEHOLDER.findall(code))
     for name in defines:
-        if name not in names | placeholders:
+        if name not in template_names(text):
+            names = {template.name for template in _templates(_code(text))}
             unknown = ConfigError(f"--define {name}: the file has no templates")
             raise unknown_name("template", name, names) if names else unknown
     text = TEMPLATE.sub(lambda match: defines.get(_name(match), match[0]), text)
     return PLACEHOLDER.sub(lambda match: defines.get(match[0], match[0]), text)
+
+
+def template_names(text: str) -> set[str]:
+    """Return the names of the templates of a parameter file, and the words that a value would make templates."""
+    code = _code(text)
+    return {template.name for template in _templates(code)} | set(PLACEHOLDER.findall(code))
+
+
+def _code(text: str) -> str:
+    """Return a parameter file without its comments."""
+    return "\n".join(COMMENT.sub("", line) for line in text.splitlines())
 
 
 def parse_defines(options: Sequence[str]) -> dict[str, str]:

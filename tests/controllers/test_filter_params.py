@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from pathlib import Path
+
 import numpy as np
 import pytest
 import yaml
@@ -243,6 +245,26 @@ def test_nodes_and_topics_have_names_that_ros_takes():
     topic = written[server]["ros__parameters"]["filter_info_topic"]
     group = written["local_costmap"]["local_costmap"]["ros__parameters"]["keep-out"]
     assert group["filter_info_topic"] == topic == "local_costmap_keep_out_info"
+
+
+def test_filters_that_ros_would_call_the_same_keep_a_mask_each():
+    masks = [FilterMask.from_values(np.full((2, 2), value, np.int8), 0.5) for value in (0, 50, 100)]
+    names = ("keep-out", "keep_out", "keep_out_2")
+    filters = {name: KeepoutFilter(mask=mask) for name, mask in zip(names, masks, strict=True)}
+    navigation = NavigationParams(local_costmap=CostmapParams(keepout_filters=filters))
+    written, files = write_nav2_params(navigation), mask_files(navigation)
+    groups = written["local_costmap"]["local_costmap"]["ros__parameters"]
+    servers_of = {group["filter_info_topic"].removesuffix("_info") for group in (groups[name] for name in names)}
+    assert servers_of == {"local_costmap_keep_out", "local_costmap_keep_out_2", "local_costmap_keep_out_2_2"}
+    assert {f"{name}_filter_mask_server" for name in servers_of} <= set(written)
+    assert {Path(name).stem for name in files} == servers_of
+    assert len({content for name, content in files.items() if name.endswith(".pgm")}) == 3
+
+
+def test_a_keepout_and_a_speed_filter_of_one_name_are_not_written():
+    both = CostmapParams(keepout_filters={"a": KeepoutFilter(mask=MASK)}, speed_filters={"a": SpeedFilter(mask=MASK)})
+    with pytest.raises(ConfigError, match=r"speed_filters\.a: expected a name that no filter in keepout_filters has"):
+        write_nav2_params(NavigationParams(global_costmap=both))
 
 
 def test_saved_settings_hold_the_masks(folder):

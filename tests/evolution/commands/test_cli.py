@@ -191,9 +191,12 @@ WITH_ERRORS = ["--controllers", "rpp,raises=rpp", "--workers", "1"]
 
 
 @pytest.mark.usefixtures("fake_robot")
-def test_errors_are_listed_under_the_table(capsys):
-    assert main(["bench", OFFICE, "--repeats", "2", *WITH_ERRORS]) == 0
-    assert capsys.readouterr().out.count("office/raises: ValueError: the costmap is upside down, fake_runs.py") == 1
+def test_errors_are_listed_under_the_table(tmp_path, capsys):
+    assert main(["bench", OFFICE, "--repeats", "2", *WITH_ERRORS, "--out", str(tmp_path / "kept")]) == 0
+    said = capsys.readouterr()
+    assert said.out.count("office/raises: ValueError: the costmap is upside down, fake_runs.py") == 1
+    assert "2 of 4 runs ended in an error" in said.err
+    assert "To repeat them, delete them first: sqlite3" in said.err
 
 
 @pytest.mark.usefixtures("fake_robot")
@@ -248,7 +251,9 @@ def test_errors_of_a_search_are_counted(tmp_path, capsys):
     last = (
         "4 of 8 runs ended in an error, the first because: ValueError: the costmap is upside down, fake_runs.py line "
     )
-    assert last in capsys.readouterr().err.splitlines()[-1]
+    *_, counted, how = capsys.readouterr().err.splitlines()
+    assert last in counted
+    assert how.startswith("--resume does not repeat them, as the search has selected by them.")
 
 
 @pytest.mark.usefixtures("fake_robot")

@@ -134,6 +134,14 @@ def test_help_fits_a_narrow_terminal_and_its_examples_are_those_of_a_wide_one(mo
     assert examples["80"] == examples["200"]
 
 
+def test_the_doctor_writes_no_exponents(monkeypatch):
+    monkeypatch.setattr(doctor, "drive", lambda job: None)
+    monkeypatch.setattr(doctor, "_processor_seconds", lambda job: 0.019)
+    monkeypatch.setattr(doctor, "calibration_loop", lambda: 5e-8)
+    first, *_ = doctor._speed()
+    assert first.startswith("dwb: a run of 2 s takes 19 ms of the processor (105.3 times real time), or 0.38 million")
+
+
 def test_quiet_leaves_out_notes_and_progress(capsys):
     be_quiet()
     try:

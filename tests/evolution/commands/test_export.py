@@ -48,6 +48,11 @@ def test_a_start_and_goal_of_the_command_line_are_written(tmp_path, form, name):
     assert (scenario.start, scenario.goal) == ((0.8, 2.2, 0.0), (2.5, 2.2, 0.1))
 
 
+def test_gazebo_is_among_the_formats_that_an_error_names(tmp_path, capsys):
+    assert main(["export", OFFICE, "--format", "ros2", "--out", str(tmp_path / "out")]) == 2
+    assert "unknown map format 'ros2' (expected one of: barn, gazebo, image" in capsys.readouterr().err
+
+
 def test_the_distribution_may_be_named_alone(tmp_path):
     exported(tmp_path / "bundle", "--nav2", "jazzy", "--controllers", "mppi")
     text = (tmp_path / "bundle" / "nav2_params.yaml").read_text()

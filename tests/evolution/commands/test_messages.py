@@ -6,6 +6,9 @@ import argparse
 import io
 import logging
 import re
+import shlex
+import sqlite3
+from contextlib import closing
 from dataclasses import replace
 from types import SimpleNamespace
 
@@ -57,7 +60,13 @@ def test_how_many_runs_ended_in_an_error_is_said(capsys, tmp_path):
         assert capsys.readouterr().err == ""
         store.put("b", RunResult("error", 0.0, 0.0, reason="the worker died"))
     note_errors(tmp_path)
-    assert capsys.readouterr().err == "1 of 2 runs ended in an error, the first because: the worker died\n"
+    counted, how = capsys.readouterr().err.splitlines()
+    assert counted == "1 of 2 runs ended in an error, the first because: the worker died"
+    statement = shlex.split(how.partition("first: ")[2])[-1]
+    with closing(sqlite3.connect(tmp_path / "results.sqlite", isolation_level=None)) as database:
+        assert database.execute(statement).rowcount == 1
+    with ResultStore(tmp_path / "results.sqlite") as store:
+        assert (len(store), store.errors()) == (1, [])
 
 
 def test_verbose_says_where_everything_comes_from_and_how_runs_end(capsys, tmp_path):
@@ -167,6 +176,22 @@ def test_a_table_fits_a_narrow_terminal(monkeypatch):
     assert not any("…" in word for word in words)
     console.print_table(Table([{**row, "otherwise": ""}]))
     assert drawn.getvalue().count("otherwise") == 1
+
+
+@pytest.mark.parametrize("width", [50, 60, 80])
+def test_no_word_of_a_table_is_broken_and_every_block_says_which_row_it_is_about(monkeypatch, width):
+    drawn = io.StringIO()
+    monkeypatch.setattr(console, "console", Console(file=drawn, width=width))
+    row = {"map": "a_long_name_003", "controller": "rpp", "mean s": 36.1, "length m": 10.5, "clearance m": 0.057}
+    row |= {"velocity_smoothness": 0.123, "n_collisions_with_people": 2, "otherwise": "2 controller_failure, 1 timeout"}
+    console.print_table(Table([row, {**row, "controller": "mppi", "otherwise": ""}], "The title"))
+    lines = drawn.getvalue().splitlines()
+    assert max(map(len, lines)) <= width
+    words = drawn.getvalue().split()
+    assert {"smoothness", "collisions_", "people", "clearance", "controller_failure,", "timeout", "0.123"} <= set(words)
+    assert words.count("title") == 1
+    headed = [line for line in lines if line.startswith("a_long_name_003") and "mppi" in line]
+    assert len(headed) == words.count("map") > 1
 
 
 def test_slow_rates_are_counted_by_the_minute(monkeypatch):

@@ -8,10 +8,11 @@ import yaml
 from controllers.nav2_params import load_preset, parse_nav2_params
 from evolution.cli import main
 from evolution.commands import COMMON, driving_options, options
-from evolution.commands.parameter_file import add_reading_options
+from evolution.commands.parameter_file import add_reading_options, shared_defines
 from evolution.driving import DriveSettings
 from gym_mapbench.errors import ConfigError
 from gym_mapbench.planners import PLANNERS
+from tests.evolution.commands.test_cli import OFFICE
 
 HUMBLE = """
 controller_server:
@@ -200,6 +201,16 @@ def test_only_drives_with_another_controller_than_the_files(tmp_path):
     assert [spec.name for spec in driving_options.named_controllers(args)] == ["rpp"]
     args = parser.parse_args(["--params", str(path), "--controllers", "dwb,rpp"])
     assert [spec.name for spec in driving_options.named_controllers(args)] == ["dwb", "rpp"]
+
+
+def test_each_of_several_files_gets_the_values_of_its_own_templates(humble, tmp_path):
+    other = tmp_path / "other.yaml"
+    other.write_text("controller_server: {ros__parameters: {controller_frequency: <hz>}}\n")
+    paths = [str(humble), str(other), "fair"]
+    assert shared_defines(["x=0.2", "hz=10"], paths) == {paths[0]: ["x=0.2"], paths[1]: ["hz=10"], "fair": []}
+    assert all(found == ["y=1"] for found in shared_defines(["y=1"], paths).values())
+    argv = ["bench", OFFICE, "--params", "fair", "--params", str(humble), "--controllers", "rpp", "--time-limit", "1"]
+    assert main([*argv, "--define", "x=0.2", "--workers", "1", "--format", "json"]) == 0
 
 
 def test_a_config_says_how_a_file_is_read(humble, tmp_path):

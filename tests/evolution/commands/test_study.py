@@ -108,7 +108,7 @@ def test_a_replay_becomes_a_film(folder, capsys):
         ("study {folder}/tiny.yaml --out {folder}/s", "already holds a study; continue it with --resume"),
         ("study {folder}/tiny.yaml --out {folder}/none --resume", "not a study directory (no study.json)"),
         ("study {folder}/s --resume --out {folder}/t", "out: expected none beside the study directory"),
-        ("study quick --out {folder}/s --resume", "name was 'tiny' when the study began, got 'quick'"),
+        ("study quick --out {folder}/s --resume", "name was tiny when the study began, got quick"),
         ("study {folder}/tiny.yaml --only gaa --out {folder}/t", "unknown configuration 'gaa'; did you mean 'ga'?"),
         ("study {folder}/misspelt.yaml --out {folder}/t", "tiny: ga: unknown controller 'dwp'; did you mean 'dwb'?"),
         ("study {folder}/tiny.yaml --runs 0", "expected a whole number of at least 1, got '0'"),

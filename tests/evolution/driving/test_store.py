@@ -162,3 +162,13 @@ def test_runs_that_ended_in_an_error_are_found(tmp_path):
         for number, outcome in enumerate(["goal", "error", "timeout", "error"]):
             store.put(f"key_{number}", RunResult(outcome, 0.0, 0.0, reason=f"reason {number}"))
         assert store.errors() == ["reason 1", "reason 3"]
+
+
+def test_an_error_is_one_of_the_outcome_however_the_row_is_written(tmp_path):
+    with ResultStore(tmp_path / "results.sqlite") as store:
+        store.put("goal", RunResult("goal", 0.0, 0.0, reason='"error"', metrics={"error": 1.0}))
+    with closing(sqlite3.connect(tmp_path / "results.sqlite", isolation_level=None)) as database:
+        row = {"reason": "the worker died", "path_length_m": 0.0, "time_s": 0.0, "outcome": "error"}
+        database.execute("INSERT INTO results VALUES (?, ?)", ["other", json.dumps(row)])
+    with ResultStore(tmp_path / "results.sqlite") as store:
+        assert store.errors() == ["the worker died"]

@@ -10,7 +10,7 @@ from matplotlib.backends.backend_agg import FigureCanvasAgg
 from PIL import Image
 
 from evolution.pictures import DrivenMap, map_set_figure, save_comparison
-from evolution.pictures.comparison_film import STEP, _draw_legend_at, comparison_frames
+from evolution.pictures.comparison_film import STEP, _draw_legend_at, _draw_map_at, comparison_frames
 from evolution.pictures.map_figures import maps_figure
 from evolution.pictures.style import RING, new_figure
 from evolution.runs import summary_of_map
@@ -18,6 +18,7 @@ from gym_mapbench.metrics.episode import Episode
 from gym_mapbench.world.bodies import Body, Disc
 from gym_mapbench.world.gridmap import GridMap
 from gym_mapbench.world.motions import MotionSpec
+from gym_mapbench.world.robot import RobotSpec
 from gym_mapbench.world.scenario import Pose, Scenario
 
 ROOM = Scenario(GridMap(np.zeros((20, 30), np.bool_), 0.1), Pose(0.5, 0.5), Pose(2.5, 1.5), "map_1")
@@ -99,12 +100,23 @@ def test_an_outcome_appears_when_its_run_ends():
     assert "RPP takes 2.0 times as\nlong as DWB" in last
 
 
+def test_a_film_draws_the_footprint_of_a_robot_that_has_one():
+    footprint = ((0.3, 0.1), (-0.2, 0.1), (-0.2, -0.1), (0.3, -0.1))
+    turned = replace(straight("dwb", 1.0), robot=RobotSpec(footprint=footprint))
+    turned.trajectory[0, :3] = 1.0, 1.0, np.pi / 2
+    _, (axes,) = new_figure()
+    _draw_map_at(axes, [turned, straight("rpp", 1.0)], 0.0)
+    drawn, disc = axes.patches[-2:]
+    np.testing.assert_allclose(drawn.get_xy()[:4], [(0.9, 1.3), (0.9, 0.8), (1.1, 0.8), (1.1, 1.3)])
+    assert disc.radius == RobotSpec().radius
+
+
 def test_a_film_lasts_as_long_as_the_longest_run(tmp_path):
     episodes = [straight("dwb", 1.0), straight("rpp", 1.3)]
-    frames = list(comparison_frames(episodes, 0.1, "t", ["dwb", "rpp"]))
+    frames = list(comparison_frames(episodes, "t", ["dwb", "rpp"]))
     assert len(frames) == int(1.3 / STEP) + 2
     for name in ("a.gif", "b.gif"):
-        save_comparison(episodes, 0.1, tmp_path / name)
+        save_comparison(episodes, tmp_path / name)
     assert (tmp_path / "a.gif").read_bytes() == (tmp_path / "b.gif").read_bytes()
     with Image.open(tmp_path / "a.gif") as film:
         assert film.n_frames == len(frames)

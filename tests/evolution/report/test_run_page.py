@@ -10,7 +10,7 @@ import pytest
 
 from evolution.pictures import recorded_maps
 from evolution.report.run_page import _held, _objectives, _outcome, _penalties, _unfinished, _verdict, replayed_maps
-from evolution.report.sections import _genes_rows, _how_to_read, tables_section
+from evolution.report.sections import _genes_rows, _how_to_read, _times_rows, tables_section
 from evolution.runs import load_run
 from gym_mapbench.world.genome import Genome
 
@@ -76,6 +76,12 @@ def test_verdict_replays_figure_and_table_show_one_sample():
     (row,) = [dict(zip(table.columns, row, strict=True)) for row in table.rows if tuple(row[:3:2]) == ("map_2", "dwb")]
     assert (row["runs"], round(row["median s"], 1), row["max s"], row["outliers"]) == (19, 23.8, 65.0, 1)
     assert recorded[1].summary.difference in replay.title
+
+
+@pytest.mark.filterwarnings("error")
+def test_a_controller_without_a_run_is_a_line_of_the_table_of_times():
+    (row,) = _times_rows({"name": "map_1", "score": None, "runs": {"dwb": []}})
+    assert (row[0], row[2], row[3], row[-1]) == ("map_1", "dwb", 0, "no run")
 
 
 @pytest.mark.parametrize(("elements", "largest"), [([{}, {}], 0.0), ([{"shift": -0.2}, {"gap": 0.1}], 0.2)])

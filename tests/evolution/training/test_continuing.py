@@ -136,6 +136,18 @@ def test_a_training_that_was_killed_before_its_maps_were_written_does_not_go_on_
         train(resume=tmp_path / "run")
 
 
+@pytest.mark.parametrize(("count", "not_held_out"), [(4, ("maps",)), (5, ())])
+def test_a_training_whose_maps_were_deleted_is_loaded_and_not_continued(tmp_path, caplog, count, not_held_out):
+    made = TrainingDir.create(tmp_path / "run", train_settings("ppo", small()), rooms(count), [])
+    made.write_state({"steps": 40, "seconds": 1.0, "best": 0.5, "finished": False})
+    (tmp_path / "run" / "maps.json").unlink()
+    loaded = load(tmp_path / "run")
+    assert (loaded.not_held_out, loaded.finished) == (not_held_out, False)
+    assert f"maps.json: was deleted; whether maps were held out follows from their number, {count}" in caplog.text
+    with pytest.raises(RunError, match=f"maps.json: expected the {count} maps"):
+        train(resume=tmp_path / "run")
+
+
 def test_a_training_that_was_killed_when_it_had_its_options_only_is_continued(tmp_path, monkeypatch):
     with monkeypatch.context() as patch:
         patch.setattr(TrainingDir, "complete", die)

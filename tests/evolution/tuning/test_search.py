@@ -12,8 +12,9 @@ from evolution.driving import Resources
 from evolution.files import read_json
 from evolution.results import kind_of, load
 from evolution.tuning import load_tuning, run_tuning, sampling
-from evolution.tuning.search import search
+from evolution.tuning.search import Searched, search
 from evolution.tuning.validation import Finalist, dominates, finalists_among, front_of
+from evolution.tuning.verdict import verdict_of
 from gym_mapbench.errors import ConfigError, RunError
 from tests.evolution.tuning import fakes
 
@@ -59,6 +60,14 @@ def test_it_finds_the_better_value_and_says_so(done):
     assert len(done.table("test")) == 2 * 8 * 2
     assert len(done.table("trials")) == 24
     assert done.table("importances")[0]["parameter"] == "lookahead_dist"
+
+
+def test_the_units_of_the_comparison_are_maps_only_if_there_are_enough(done):
+    winner = Finalist(1, {**fakes.plan().own, "lookahead_dist": 0.9, "use_rotate_to_heading": False}, (1.0,), 1.0, True)
+    few = [row for row in done.summary.test if row["map"] in ("map_2_0", "map_2_1")]
+    for rows, unit in ((done.summary.test, "of 8 maps and"), (few, "of 4 pairs of runs and")):
+        said = verdict_of(fakes.plan(), Searched([], [{}]), winner, rows)
+        assert sum(unit in sentence for sentence in said) == 1
 
 
 def test_the_first_trial_has_the_own_values(done):
