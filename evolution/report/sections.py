@@ -126,7 +126,8 @@ def _times_rows(entry: Mapping[str, Any]) -> list[list[str | float | int]]:
     for one in summary_of_map(entry["name"], entry["runs"]).controllers:
         results = entry["runs"][one.controller]
         ends = [min(one.times), max(one.times)] if one.times else [float("nan")] * 2
-        recoveries = float(np.mean([result["metrics"].get("n_recoveries", np.nan) for result in results]))
+        counted = [result["metrics"].get("n_recoveries", np.nan) for result in results]
+        recoveries = float(np.mean(counted)) if counted else float("nan")
         outcomes = ", ".join(sorted({result["outcome"] for result in results}))
         counts = [one.runs, one.median, *ends, len(one.outliers), recoveries]
         rows.append([entry["name"], score, one.controller, *counts, outcomes])
