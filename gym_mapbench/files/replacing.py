@@ -1,4 +1,8 @@
-"""Files that are complete at any moment: they are written under another name, and renamed."""
+"""Files that are complete at any moment: they are written under another name, and renamed.
+
+Their content is on the disk before they are renamed: after a power cut, file systems such as ext4 and XFS otherwise
+have the new name with an empty file.
+"""
 
 from __future__ import annotations
 
@@ -32,6 +36,7 @@ def replaced_at_once(path: Path) -> Iterator[BinaryIO]:
     try:
         with open(partial, "xb") as file:
             yield file
+            _store(file)
         os.replace(partial, path)
     finally:
         with suppress(OSError):
@@ -47,13 +52,25 @@ def create_at_once(path: Path, content: bytes) -> None:
     """
     partial = _partial(path)
     try:
-        partial.write_bytes(content)
+        _write_new(partial, content)
         os.link(partial, path)
     except OSError as error:
         if error.errno not in WITHOUT_LINKS:
             raise
-        with open(path, "xb") as file:
-            file.write(content)
+        _write_new(path, content)
     finally:
         with suppress(OSError):
             partial.unlink()
+
+
+def _write_new(path: Path, content: bytes) -> None:
+    """Write a new file to the disk."""
+    with open(path, "xb") as file:
+        file.write(content)
+        _store(file)
+
+
+def _store(file: BinaryIO) -> None:
+    """Wait until the content of a file is on the disk."""
+    file.flush()
+    os.fsync(file.fileno())

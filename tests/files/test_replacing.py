@@ -3,7 +3,9 @@
 from __future__ import annotations
 
 import errno
+import os
 import threading
+from functools import partial
 
 import pytest
 
@@ -90,3 +92,31 @@ def test_of_several_processes_one_creates_a_file(tmp_path, monkeypatch, links):
     assert (len(won), len(lost)) == (1, 3)
     assert file.read_bytes() == won[0] * 1000
     assert list(tmp_path.iterdir()) == [file]
+
+
+@pytest.mark.parametrize("links", [True, False])
+def test_the_content_is_on_the_disk_before_a_file_gets_its_name(tmp_path, monkeypatch, links):
+    """Otherwise a power cut leaves the name with an empty file, and a search whose options are empty is lost."""
+    made, replaced, stored, named = tmp_path / "made", tmp_path / "replaced", {}, []
+    fsync, link = os.fsync, os.link
+
+    def sync(descriptor):
+        status = os.fstat(descriptor)
+        stored[status.st_ino] = status.st_size
+        fsync(descriptor)
+
+    def name(rename, source, target):
+        if rename is link and not links:
+            raise OSError(errno.EPERM, "no hard links here")
+        assert stored[source.stat().st_ino] == source.stat().st_size > 0
+        named.append(target)
+        rename(source, target)
+
+    monkeypatch.setattr("os.fsync", sync)
+    monkeypatch.setattr("os.link", partial(name, link))
+    monkeypatch.setattr("os.replace", partial(name, os.replace))
+    create_at_once(made, b"options")
+    with replaced_at_once(replaced) as file:
+        file.write(b"results")
+    assert named == ([made, replaced] if links else [replaced])
+    assert stored[made.stat().st_ino] == len(b"options")

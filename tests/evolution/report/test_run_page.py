@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import replace
+from math import nan
 from pathlib import Path
 from types import SimpleNamespace
 
@@ -51,6 +52,15 @@ def test_an_unfinished_run_is_not_called_unconfirmed():
     assert _held(a_run([-1.0], finished=False, validation={})) == []
     assert _held(a_run([-1.0], finished=False, validation={"seeds": 5}))[0].startswith("The set is not validated yet")
     assert _held(a_run([-1.0], validation={"seeds": 5})) == ["No set is validated."]
+
+
+def test_a_controller_that_a_race_left_out_of_a_map_has_a_row_and_no_warning():
+    fails = {"outcome": "timeout", "time_s": 9.0, "metrics": {"n_recoveries": 2.0}}
+    rows = _times_rows({"name": "map_1", "score": None, "runs": {"rpp": [fails], "graceful": []}})
+    assert [(row[2], row[3], row[8]) for row in rows] == [
+        ("rpp", 1, 2.0),
+        ("graceful", 0, pytest.approx(nan, nan_ok=True)),
+    ]
 
 
 def test_how_far_a_search_has_come_is_counted_in_what_limits_it():
