@@ -321,6 +321,7 @@ class Navigator:
             cost_scaling_factor=inflation.cost_scaling_factor,
             rng=context.rng,
             goal_checker=make_goal_checker(server.goal_checker),
+            custom_inscribed_radius=inflation.custom_inscribed_radius,
         )
 
     def _measure(self, observation: Observation) -> None:

@@ -210,6 +210,13 @@ class TestControllerServer:
         assert (setup.inflation_radius, setup.cost_scaling_factor) == (0.55, 3.0)
         assert setup.footprint.inscribed_radius == pytest.approx(0.225498, abs=1e-6)
 
+    def test_follower_is_told_the_inscribed_radius_of_lyricals_inflation_layer(self):
+        preset = load_preset("lyrical")
+        inflation = preset.local_costmap.inflation_layer.replace(custom_inscribed_radius=0.1)
+        params = preset.replace(local_costmap=preset.local_costmap.replace(inflation_layer=inflation))
+        setup = Navigator(PlainFollower(), params, "plain").follower_setup(context())
+        assert setup.custom_inscribed_radius == 0.1
+
 
 def published_by(release, follower, pose, **changes):
     """What a controller server publishes in the first cycle on a path of 1 m."""
