@@ -864,3 +864,24 @@ def test_values_that_nav2_corrects_with_a_warning_are_corrected(document, releas
     parsed = parse_nav2_params(document, None, release)
     assert read(parsed.navigation)
     assert parsed.named("replaced") == (name,)
+
+
+@pytest.mark.parametrize(
+    ("critics", "groups", "read"),
+    [
+        (["Mine", "GoalDist"], {"Mine": {"class": "PathAlign", "scale": 5.0}}, ["PathAlign", "GoalDist"]),
+        (["GoalDistCritic", "PathAlignCritic"], {"PathAlignCritic.scale": 5.0}, ["GoalDist", "PathAlign"]),
+        (["GoalAlign"], {"GoalAlign": {"class": "dwb_critics::PathAlignCritic", "scale": 5.0}}, ["PathAlign"]),
+    ],
+)
+def test_critics_of_dwb_are_known_by_their_class(critics, groups, read):
+    parsed = parse_nav2_params(with_controller({**DWB, "critics": critics, **groups}), None, "humble")
+    params = parsed.navigation.controllers["FollowPath"].params
+    assert (list(params["critics"]), params["PathAlign"]["scale"]) == (read, 5.0)
+    assert not parsed.named("unknown")
+
+
+def test_two_critics_of_one_class_are_refused():
+    group = {**DWB, "critics": ["PathAlign", "Mine"], "Mine": {"class": "PathAlign"}}
+    with pytest.raises(ConfigError, match=r"FollowPath\.critics: unknown critic 'Mine'"):
+        parse_nav2_params(with_controller(group))
