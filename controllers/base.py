@@ -147,6 +147,7 @@ class FollowerSetup:
         cost_scaling_factor: The cost scaling factor of the same layer, 1/m.
         rng: The run's own generator.
         goal_checker: The goal checker, which Lyrical's controllers share with the server.
+        custom_inscribed_radius: Lyrical: the inscribed radius of the same layer, m; negative for the footprint's.
     """
 
     footprint: Footprint
@@ -157,6 +158,7 @@ class FollowerSetup:
     cost_scaling_factor: float
     rng: np.random.Generator
     goal_checker: GoalChecker | None = None
+    custom_inscribed_radius: float = -1.0
 
 
 class PathFollower(Protocol):

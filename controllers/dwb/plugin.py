@@ -24,7 +24,8 @@ LIMITS = {
 
 
 def adapt(section: Section) -> None:
-    """Set the speeds sideways to 0, since the robots here cannot move sideways."""
+    """Set the speeds sideways to 0, since the robots here cannot move sideways, and name the critics by their class."""
+    _name_critics(section)
     for key in SIDEWAYS:
         value = section.values.get(key)
         if isinstance(value, (int, float)) and not isinstance(value, bool) and value != 0:
@@ -32,6 +33,36 @@ def adapt(section: Section) -> None:
             section.findings.add(
                 "replaced", f"{section.name}.{key}", "taken as 0: the robots here cannot move sideways"
             )
+
+
+def _name_critics(section: Section) -> None:
+    """Name every critic by its class if all classes are known and different; a critic's ``class`` is its name else.
+
+    Source: dwb_core/src/dwb_local_planner.cpp (loadCritics, resolveCriticClassName).
+    """
+    critics = section.values.get("critics")
+    if not isinstance(critics, list) or not all(isinstance(name, str) for name in critics):
+        return
+    own = {name: section.values.get(name) for name in critics}
+    classes = {
+        name: critic_class(str(group.get("class", name)) if isinstance(group, Mapping) else name)
+        for name, group in own.items()
+    }
+    if len({*classes.values()} & {*DwbParams.critic_names()}) < len(critics):
+        return
+    groups = {name: section.values.pop(name) for name in critics if isinstance(section.values.get(name), Mapping)}
+    for name, kind in classes.items():
+        if name != kind:
+            section.findings.add("renamed", f"{section.name}.{name}", kind)
+            section.values.pop(kind, None)
+    for name, group in groups.items():
+        section.values[classes[name]] = {key: value for key, value in group.items() if key != "class"}
+    section.values["critics"] = list(classes.values())
+
+
+def critic_class(given: str) -> str:
+    """Return the class of a critic as it is named here, without its namespace and ``Critic`` at its end."""
+    return given.removeprefix("dwb_critics::").removesuffix("Critic")
 
 
 def advice(params: Mapping[str, Any]) -> str:

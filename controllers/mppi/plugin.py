@@ -40,6 +40,7 @@ def adapt(section: Section) -> None:
     """Choose a motion model and critics that are built here."""
     take_motion_model(section)
     _take_validator(section)
+    section.correct("sgf_order", (1, 2), 2)
     for key in ("vy_std", "AckermannConstraints.min_turning_r"):
         _drop_zero(section, key)
     if section.values.get("motion_model") == "Omni":

@@ -11,7 +11,6 @@ from controllers.base import FollowerSetup
 from controllers.mppi.params import MppiParams
 from controllers.records import fill_groups, record_of
 from gym_mapbench.errors import ConfigError
-from gym_mapbench.world.footprint import Footprint
 
 Record = NDArray[np.void]
 
@@ -84,7 +83,7 @@ def make_tuning(params: MppiParams, setup: FollowerSetup) -> Record:
     tuning["ackermann"] = params.motion_model == "Ackermann"
     tuning["xy_goal_tolerance"] = setup.xy_goal_tolerance
     tuning["inscribed_radius"] = setup.footprint.inscribed_radius
-    tuning["circumscribed_cost"] = _circumscribed_cost(setup.footprint, setup.cost_scaling_factor)
+    tuning["circumscribed_cost"] = _circumscribed_cost(setup)
     reverses, angle = abs(params.vx_min) >= 1e-6, params.PathAngleCritic
     tuning["looks"] = _looks(params)
     tuning["control_period"] = setup.control_period
@@ -111,7 +110,8 @@ def _looks(params: MppiParams) -> int:
     return (params.time_steps - 1) // every + 1 if params.release == "lyrical" else params.time_steps // every
 
 
-def _circumscribed_cost(footprint: Footprint, cost_scaling_factor: float) -> float:
-    """Cost at which the footprint can begin to touch something (``findCircumscribedCost``)."""
-    beyond = footprint.circumscribed_radius - footprint.inscribed_radius
-    return float(int(252.0 * math.exp(-cost_scaling_factor * beyond))) if beyond > 0 else 253.0
+def _circumscribed_cost(setup: FollowerSetup) -> float:
+    """Cost at which the footprint can begin to touch something: the inflation layer's (``findCircumscribedCost``)."""
+    footprint, custom = setup.footprint, setup.custom_inscribed_radius
+    beyond = footprint.circumscribed_radius - (footprint.inscribed_radius if custom < 0.0 else custom)
+    return float(int(252.0 * math.exp(-setup.cost_scaling_factor * beyond))) if beyond > 0 else 253.0

@@ -57,9 +57,20 @@ def read_costmap(section: Section) -> CostmapParams:
     for layer in _one_of_each(layers, cloud):
         built[layer.kind] = _read_layer(layer, cloud)
     section.leave_groups()
+    _bound_map_values(section)
     scalars = [name for name in parameter_names(CostmapParams) if "." not in name and name not in COLLECTED]
     own = {"plugins": tuple(dict.fromkeys(layer.kind for layer in layers)), "release": section.findings.release}
     return section.make(CostmapParams, {**section.read(COSTMAP, scalars), **built, **own})
+
+
+def _bound_map_values(section: Section) -> None:
+    """Bring the map values that mean an obstacle and unknown into Nav2's bounds (static_layer.cpp, getParameters)."""
+    section.cap("lethal_cost_threshold", 100, "Nav2 takes none that is higher")
+    unknown = section.values.get("unknown_cost_value")
+    if isinstance(unknown, int) and not isinstance(unknown, bool) and unknown != unknown % 256:
+        section.values["unknown_cost_value"] = unknown % 256
+        why = f"taken as {unknown % 256}: Nav2 keeps an unsigned byte"
+        section.findings.add("replaced", f"{section.name}.unknown_cost_value", why)
 
 
 def _find_layers(section: Section, names: tuple[str, ...]) -> list[Layer]:

@@ -12,6 +12,7 @@ from typing import Any
 
 import yaml
 
+from controllers.dwb.plugin import critic_class
 from controllers.nav2_params.migration import parameter_groups
 from controllers.nav2_params.migration_work import OWN_OF_SHIM
 from controllers.nav2_params.navigation import ControllerPlugin, NavigationParams
@@ -127,11 +128,22 @@ def _named_as_in(group: yaml.MappingNode, name: str) -> str:
 
 def _placed_as_in(controller: str, group: yaml.MappingNode, name: str) -> str:
     """Return the full name of a controller's parameter where the file has it, or would have it in Lyrical."""
-    found = {entry.name for entry in entries(group)}
+    found = {entry.name: entry for entry in entries(group)}
     has_block = f"{controller}.{PRIMARY}.plugin" in found
     head = f"{controller}.{PRIMARY}" if has_block and name.partition(".")[0] not in OWN_OF_SHIM else controller
     lyrical = next((new for new, older in RENAMED_KEYS.items() if older == name), name)
-    return f"{head}.{lyrical if f'{head}.{lyrical}' in found else name}"
+    return f"{head}.{lyrical if f'{head}.{lyrical}' in found else _critic_as_in(head, found, name)}"
+
+
+def _critic_as_in(head: str, found: Mapping[str, Entry], name: str) -> str:
+    """Return a name with DWB's critic in front as the file names it, which may give the class apart."""
+    critic, _, rest = name.partition(".")
+    listed = found.get(f"{head}.critics")
+    for node in listed.value.value if rest and listed is not None else ():
+        given = found.get(f"{head}.{node.value}.class")
+        if critic_class(node.value if given is None else given.value.value) == critic:
+            return f"{node.value}.{rest}"
+    return name
 
 
 def _write(edits: Edits, group: yaml.MappingNode, name: str, value: Value) -> None:

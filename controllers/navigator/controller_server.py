@@ -97,6 +97,8 @@ class ControllerServer:
         self._progress_checker = make_progress_checker(params.progress_checker)
         self._rate = Rate(1.0 / params.controller_frequency, restarts=True)
         self._checks_goal_first = release != "humble"
+        self._stops_at_goal = params.publish_zero_velocity
+        self._stops_elsewhere = params.publish_zero_velocity or release == "humble"
         self._wait = CostmapWait(costmap, NEVER if release == "humble" else params.costmap_update_timeout)
         self._path_handler = FeasiblePathHandler(params.path_handler) if release == "lyrical" else None
         self._local_plan: LocalPlan | None = None
@@ -146,7 +148,7 @@ class ControllerServer:
 
     def cancel(self) -> None:
         """Stop the robot."""
-        self._end()
+        self._end(self._stops_elsewhere)
 
     def _cycle(self, now: float) -> Outcome | None:
         """Check progress, ask for a command, and test the goal: in Humble last, with a fresh pose, later first."""
@@ -238,15 +240,16 @@ class ControllerServer:
         return error_codes.NO_VALID_CONTROL if impatient else error_codes.PATIENCE_EXCEEDED
 
     def _reach(self) -> Outcome:
-        self._end()
+        self._end(self._stops_at_goal)
         return REACHED
 
     def _abort(self, reason: str, code: int) -> Outcome:
-        self._end()
+        self._end(self._stops_elsewhere)
         return Outcome(Result.ABORTED, code, reason)
 
-    def _end(self) -> None:
-        """Stop the robot and, since Jazzy, reset the controller."""
-        self._publish(STOP)
+    def _end(self, stops: bool) -> None:
+        """Stop the robot if ``publish_zero_velocity`` says so (``onGoalExit``); since Jazzy, reset the controller."""
+        if stops:
+            self._publish(STOP)
         if self._end_action is not None:
             self._end_action()

@@ -58,10 +58,13 @@ class AxisGoalChecker:
 
 
 def _direction_at_end(local: LocalPlan) -> float | None:
-    """Direction (rad) to the goal from the last pose of the local plan that is not at the goal; None without one."""
-    away = np.array([local.goal.x, local.goal.y]) - local.path[:, :2]
+    """Direction (rad) to the goal from the last pose of the local plan that is not at the goal; None without one.
+
+    As in Nav2 the very last pose is passed over, even where the local plan ends before the goal.
+    """
+    away = np.array([local.goal.x, local.goal.y]) - local.path[:-1, :2]
     apart = np.flatnonzero(np.hypot(*away.T) >= APART)
-    if len(local.path) < 2 or not len(apart):
+    if not len(apart):
         return None
     dx, dy = away[apart[-1]].tolist()
     return math.atan2(dy, dx)

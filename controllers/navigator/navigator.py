@@ -320,6 +320,7 @@ class Navigator:
             cost_scaling_factor=inflation.cost_scaling_factor,
             rng=context.rng,
             goal_checker=make_goal_checker(server.goal_checker),
+            custom_inscribed_radius=inflation.custom_inscribed_radius,
         )
 
     def _measure(self, observation: Observation) -> None:
@@ -409,8 +410,8 @@ class Navigator:
 
 
 def _is_in_odom(local: CostmapParams) -> bool:
-    """Whether the local costmap is in the odom frame; one that copies the whole static map stays in the map's."""
-    return local.rolling_window or not local.writes("static_layer")
+    """Whether the local costmap is in the odom frame; one of the whole static map stays in the map's."""
+    return not local.covers_map
 
 
 def _floats(values: ArrayLike) -> list[float]:

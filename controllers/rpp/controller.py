@@ -123,6 +123,9 @@ def make_tuning(params: RppParams, setup: FollowerSetup) -> NDArray[np.void]:
     tuning["circumscribed_radius"] = setup.footprint.circumscribed_radius
     tuning["cost_at_radius"] = 252.0 if humble else 253.0
     tuning["max_robot_pose_search_dist"] = search_distance(params.max_robot_pose_search_dist)
+    if not params.use_fixed_curvature_lookahead:
+        # Nav2 switches this off, with a warning (parameter_handler.cpp): only the second carrot can lie past the end.
+        tuning["interpolate_curvature_after_goal"] = False
     for rule in LATER_RULES:
         tuning[rule] = not humble
     if not humble:

@@ -52,15 +52,17 @@ def straight_command(window, sign):
 
 @kernel
 def nearest_corner(window, curvature, sign):
-    """The corner of the window nearest to the line of a curvature; of equally near corners the fastest."""
+    """The corner of the window nearest to the line of a curvature; of about equally near corners a faster later one.
+
+    As in Nav2 (``computeOptimalVelocityWithinDynamicWindow``), a later corner that is nearer counts by whatever little.
+    """
     best_v = best_w = 0.0
     least = math.inf
     for v in (window[0], window[1]):
         for w in (window[2], window[3]):
             away = abs(curvature * v - w) / math.sqrt(curvature * curvature + 1.0)
-            if away < least - SAME_DISTANCE or (away <= least + SAME_DISTANCE and v * sign > best_v * sign):
-                best_v, best_w = v, w
-                least = min(away, least)
+            if away < least or (abs(away - least) <= SAME_DISTANCE and v * sign > best_v * sign):
+                best_v, best_w, least = v, w, away
     return best_v, best_w
 
 

@@ -14,6 +14,7 @@ from gym_mapbench.ros_params import Keys, Section, in_every_release
 
 LONGEST_AHEAD = 0.4
 """Longest ``lookahead_dist`` (m) with which RPP rarely stops in a bend (``docs/howto/slow.md``)."""
+SCALING_FACTOR, SCALES = "inflation_cost_scaling_factor", "use_cost_regulated_linear_velocity_scaling"
 TURNING = {
     "max_angular_velocity": "rotate_to_heading_angular_vel",
     "max_angular_acceleration": "max_angular_accel",
@@ -22,7 +23,15 @@ TURNING = {
 
 
 def adapt(section: Section) -> None:
-    """Give Lyrical's parameters their names here, unless the older name is given as well, which then counts there."""
+    """Give Lyrical's parameters their names here, unless the older name is given as well, which then counts there.
+
+    As in Nav2 (``parameter_handler.cpp``), costs do not slow a robot down whose cost scaling factor is not positive.
+    """
+    factor = section.values.get(SCALING_FACTOR)
+    if isinstance(factor, (int, float)) and not isinstance(factor, bool) and factor <= 0:
+        del section.values[SCALING_FACTOR]
+        section.values[SCALES] = False
+        section.findings.add("replaced", f"{section.name}.{SCALING_FACTOR}", f"Nav2 then switches {SCALES} off")
     for name, older in RENAMED_KEYS.items():
         if section.findings.release == "lyrical" and name in section.values and older not in section.values:
             section.rename(name, older)

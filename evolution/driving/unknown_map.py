@@ -67,7 +67,7 @@ def check_observed(controller: Controller, name: str) -> None:
 
 def _without_static(costmap: CostmapParams, grid: GridMap) -> CostmapParams:
     """Leave out the static layer; a costmap of the whole map keeps its origin and its size, in whole metres."""
-    if not costmap.writes(STATIC):
+    if STATIC not in costmap.plugins:
         return costmap
     plugins = tuple(name for name in costmap.plugins if name != STATIC)
     if costmap.rolling_window:

@@ -60,10 +60,7 @@ class Denoise(Layer):
 
 def adapt(section: Section) -> None:
     """Take 8 for a connectivity that is neither 4 nor 8, as Nav2 does."""
-    given = section.values.get("group_connectivity_type")
-    if isinstance(given, int) and not isinstance(given, bool) and given not in (4, 8):
-        section.values["group_connectivity_type"] = 8
-        section.findings.add("replaced", f"{section.name}.group_connectivity_type", "taken as 8, as in Nav2")
+    section.correct("group_connectivity_type", (4, 8), 8)
 
 
 DENOISE_LAYER = LayerEntry(

@@ -194,7 +194,7 @@ class LayeredCostmap:
 
 def _window(params: CostmapParams, grid: GridMap) -> Window:
     """Where a costmap lies at start-up: on the map if it shows all of it, else where the options say."""
-    if params.writes("static_layer") and not params.rolling_window:
+    if params.covers_map:
         return Window(grid.shape, grid.resolution, *grid.origin, release=params.release)
     rows, cols = int(params.height / params.resolution), int(params.width / params.resolution)
     if not 0 < rows * cols <= MAX_CELLS:

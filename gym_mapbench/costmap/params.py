@@ -106,6 +106,11 @@ class CostmapParams(CostmapOptions):
         """Names of the layers that a clear can name (``isClearable``): those that look at scans."""
         return tuple(name for name in self.plugins if LAYERS.get(name).observes)
 
+    @property
+    def covers_map(self) -> bool:
+        """Whether the map gives size and place, as Nav2's static layer has it (``processMap``), disabled or not."""
+        return "static_layer" in self.plugins and not self.rolling_window
+
     def writes(self, layer: str) -> bool:
         """Whether a layer of this name is among the plugins and enabled."""
         return layer in self.plugins and bool(getattr(self.layers[layer], "enabled", True))

@@ -57,7 +57,7 @@ class StaticMap(Layer):
 
     def __init__(self, options: StaticLayer, context: LayerContext) -> None:
         costmap, grid = context.costmap, context.grid
-        self._rolling, self._use_maximum = costmap.rolling_window, costmap.use_maximum
+        self._enabled, self._rolling, self._use_maximum = options.enabled, costmap.rolling_window, costmap.use_maximum
         self._costs = static_costs(grid, costmap)
         self._geometry = grid.resolution, *grid.origin
         self.reset()
@@ -79,6 +79,8 @@ class StaticMap(Layer):
 
     def update_costs(self, window: Window, master: Costs, cells: Cells) -> None:
         """Copy the map's cells; for a rolling window, look each of its cells up in the map."""
+        if not self._enabled:
+            return
         if not self._rolling:
             combine(master, self._costs, *cells, MAX if self._use_maximum else TRUE_OVERWRITE)
             return
@@ -89,6 +91,7 @@ class StaticMap(Layer):
 STATIC_LAYER = LayerEntry(
     StaticLayer,
     StaticMap,
+    widens_when_disabled=True,
     nav2=RosPlugin(
         in_every_release("nav2_costmap_2d::StaticLayer"),
         "the static layer",

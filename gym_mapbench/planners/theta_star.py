@@ -26,7 +26,7 @@ from gym_mapbench.planners.base import (
     to_centres,
 )
 from gym_mapbench.quantities import NonNegative
-from gym_mapbench.ros_params import Keys, RosPlugin, slashed_in_humble
+from gym_mapbench.ros_params import Keys, RosPlugin, Section, slashed_in_humble
 from gym_mapbench.settings import Settings
 from gym_mapbench.world.scenario import Pose
 
@@ -104,6 +104,11 @@ def _interpolated(corners: NDArray[np.float64], spacing: float) -> Path:
     return np.column_stack([points, np.zeros(len(points))])
 
 
+def adapt(section: Section) -> None:
+    """Take 8 for a number of neighbours that is neither 4 nor 8, as Nav2 does."""
+    section.correct("how_many_corners", (4, 8), 8)
+
+
 THETA_STAR = PlannerEntry(
     ThetaStarParams,
     ThetaStarPlanner,
@@ -115,5 +120,6 @@ THETA_STAR = PlannerEntry(
             ros_only=frozenset({"plugin", "terminal_checking_interval"}),
             elsewhere={"w_heuristic_cost": "Theta* computes it from w_euc_cost"},
         ),
+        adapt=adapt,
     ),
 )

@@ -86,6 +86,13 @@ class Section:
             self.values[key] = most
             self.findings.add("replaced", f"{self.name}.{key}", f"taken as {most:g}: {why}")
 
+    def correct(self, key: str, valid: Collection[int], corrected: int) -> None:
+        """Take another number for one that is not valid, as Nav2 does with a warning, and list that."""
+        value = self.values.get(key)
+        if isinstance(value, int) and not isinstance(value, bool) and value not in valid:
+            self.values[key] = corrected
+            self.findings.add("replaced", f"{self.name}.{key}", f"taken as {corrected}, as in Nav2")
+
     def leave(self, key: str) -> None:
         """Take out a key and list it as unused."""
         self.values.pop(key, None)

@@ -71,7 +71,7 @@ class PlainRpp:
         local = self.local_plan(x, y, yaw, extent, search)
         if not local:
             return "empty"
-        if p.interpolate_curvature_after_goal and len(local) == 1:
+        if p.use_fixed_curvature_lookahead and p.interpolate_curvature_after_goal and len(local) == 1:
             return "single"
         self.carrot = cx, cy = self.find_carrot(local, self.lookahead(abs(velocity[0])))
         reach, sign = math.hypot(cx, cy), -1 if self.reverses and cx < 0 else 1

@@ -18,7 +18,7 @@ class PlainLyricalRpp(PlainRpp):
     def __call__(self, pose, velocity, arrived, costmap):
         p = self.p
         x, y, yaw = pose
-        if p.interpolate_curvature_after_goal and len(self.poses) == 1:
+        if p.use_fixed_curvature_lookahead and p.interpolate_curvature_after_goal and len(self.poses) == 1:
             return "single"
         local = self.seen(x, y, yaw)
         length = sum(math.dist(a[:2], b[:2]) for a, b in itertools.pairwise(local))
@@ -97,8 +97,8 @@ def fastest_on_line(window_v, window_w, curvature, sign):
     best, least = None, math.inf
     for v, w in itertools.product(window_v, window_w):
         away = abs(curvature * v - w) / math.hypot(curvature, 1.0)
-        if best is None or away < least - 1e-3 or (away <= least + 1e-3 and v * sign > best[0] * sign):
-            best, least = (v, w), min(least, away)
+        if away < least or (abs(away - least) <= 1e-3 and v * sign > best[0] * sign):
+            best, least = (v, w), away
     return best
 
 

@@ -125,3 +125,20 @@ def test_a_third_partys_layer_cannot_be_written(monkeypatch):
     changed = thesis.replace(local_costmap=thesis.local_costmap.replace(plugins=("strange:layer",)))
     with pytest.raises(ConfigError, match="expected costmap layers that ROS has, got 'strange:layer'"):
         write_nav2_params(changed)
+
+
+@pytest.mark.parametrize(
+    ("given", "read"),
+    [
+        ({"lethal_cost_threshold": 253}, {"lethal_cost_threshold": 100}),
+        ({"unknown_cost_value": -1}, {"unknown_cost_value": 255}),
+        ({"unknown_cost_value": 300, "lethal_cost_threshold": 65}, {"unknown_cost_value": 44}),
+    ],
+)
+def test_map_values_out_of_bounds_are_bounded_as_in_nav2(given, read):
+    document = {"global_costmap": {"global_costmap": {"ros__parameters": {"plugins": ["static_layer"], **given}}}}
+    parsed = parse_nav2_params(document)
+    costmap = parsed.navigation.global_costmap
+    assert {name: getattr(costmap, name) for name in read} == read
+    replaced = {finding.name.rpartition(".")[2] for finding in parsed.findings if finding.kind == "replaced"}
+    assert replaced == set(read)

@@ -104,6 +104,15 @@ def test_tolerances_along_and_across_the_path(x, y, overshoots, expected):
     assert checker.is_position_reached(Pose(x, y, 2.0), at_end()) is expected
 
 
+def test_the_direction_is_that_to_the_goal_from_the_pose_before_the_last():
+    # The local plan is cut 0.3 m before the goal. From (0, 0.3) the goal lies at -45 degrees, 0.21 m along and across.
+    local = LocalPlan(np.array([[0.0, 0.3, 0.0], [0.0, 0.0, 0.0]]), 0.3, Pose(0.3, 0.0))
+    checker = make_goal_checker(GoalChecker(plugin="axis", along_path_tolerance=0.19, cross_track_tolerance=0.23))
+    assert not checker.is_position_reached(Pose(0.0, 0.0), local)  # straight on it would be 0.3 m
+    wider = make_goal_checker(GoalChecker(plugin="axis", along_path_tolerance=0.23, cross_track_tolerance=0.23))
+    assert wider.is_position_reached(Pose(0.0, 0.0), local)
+
+
 def test_the_coarse_tolerance_counts_where_the_robot_comes_no_nearer():
     checker = make_goal_checker(GoalChecker(plugin="adaptive", required_stagnation_cycles=3))
     local, moving = at_end(), Twist(0.3, 0.0)

@@ -204,7 +204,6 @@ def test_other_inflation_layers_are_approximated():
         ),
         (with_controller(DWB, path_handler_plugins=[]), "expected at least one name"),
         (with_controller(DWB, **HANDLER, PathHandler={"plugin": "mine::Handler"}), "'mine::Handler' is not built here"),
-        (with_controller({**LYRICAL_MPPI, "sgf_order": 3}), r"FollowPath.sgf_order: expected"),
     ],
 )
 def test_what_lyrical_does_not_start_with_is_refused_with_the_reason(document, said):

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import dataclasses
+
 import numpy as np
 import pytest
 from hypothesis import given, settings
@@ -58,6 +60,13 @@ def records(params, speeds=(0.0, 0.0), period=0.05):
 
 
 # --- examples by hand ------------------------------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize(("radius", "cost"), [(-1.0, 107), (0.3, 163), (0.5, 253)])
+def test_outlines_are_checked_from_the_cost_that_the_layers_own_inscribed_radius_gives(radius, cost):
+    # 252 exp(-3 (0.444072 - 0.16)) = 107.4; with 0.3 m in the layer 163.5; the whole robot lies within 0.5 m.
+    setup = dataclasses.replace(make_setup(RECTANGLE), custom_inscribed_radius=radius)
+    assert make_tuning(lyrical(), setup)["circumscribed_cost"] == cost
 
 
 @pytest.mark.parametrize(

@@ -827,3 +827,61 @@ def test_files_in_the_wild_migrate_to_what_is_recognised_as_the_target(path, tar
     assert not [name for name in own if name.rpartition(".")[2] in ("ax_max", "reset_period", "mode", "stateful")]
     again = migrate_file(write(migration.text), target)
     assert (again.text, again.lost) == (migration.text, ())
+
+
+@pytest.mark.parametrize(
+    ("document", "release", "name", "read"),
+    [
+        (
+            {
+                "planner_server": node(
+                    GridBased={"plugin": "nav2_theta_star_planner/ThetaStarPlanner", "how_many_corners": 6}
+                )
+            },
+            "humble",
+            "planner_server.GridBased.how_many_corners",
+            lambda navigation: navigation.planner.params["how_many_corners"] == 8,
+        ),
+        (
+            with_controller(
+                {**MPPI, "motion_model": "d", "d": {"plugin": "mppi::DiffDriveMotionModel"}, "sgf_order": 3}
+            ),
+            "lyrical",
+            "controller_server.FollowPath.sgf_order",
+            lambda navigation: navigation.controllers["FollowPath"].params["sgf_order"] == 2,
+        ),
+        (
+            with_controller({**RPP, "inflation_cost_scaling_factor": 0.0}),
+            "jazzy",
+            "controller_server.FollowPath.inflation_cost_scaling_factor",
+            lambda navigation: (
+                navigation.controllers["FollowPath"].params["use_cost_regulated_linear_velocity_scaling"] is False
+            ),
+        ),
+    ],
+)
+def test_values_that_nav2_corrects_with_a_warning_are_corrected(document, release, name, read):
+    parsed = parse_nav2_params(document, None, release)
+    assert read(parsed.navigation)
+    assert parsed.named("replaced") == (name,)
+
+
+@pytest.mark.parametrize(
+    ("critics", "groups", "read"),
+    [
+        (["Mine", "GoalDist"], {"Mine": {"class": "PathAlign", "scale": 5.0}}, ["PathAlign", "GoalDist"]),
+        (["GoalDistCritic", "PathAlignCritic"], {"PathAlignCritic.scale": 5.0}, ["GoalDist", "PathAlign"]),
+        (["GoalAlign"], {"GoalAlign": {"class": "dwb_critics::PathAlignCritic", "scale": 5.0}}, ["PathAlign"]),
+    ],
+)
+def test_critics_of_dwb_are_known_by_their_class(critics, groups, read):
+    parsed = parse_nav2_params(with_controller({**DWB, "critics": critics, **groups}), None, "humble")
+    params = parsed.navigation.controllers["FollowPath"].params
+    assert (list(params["critics"]), params["PathAlign"]["scale"]) == (read, 5.0)
+    assert not parsed.named("unknown")
+
+
+def test_two_critics_of_one_class_are_refused():
+    group = {**DWB, "critics": ["PathAlign", "Mine"], "Mine": {"class": "PathAlign"}}
+    with pytest.raises(ConfigError, match=r"FollowPath\.critics: unknown critic 'Mine'"):
+        parse_nav2_params(with_controller(group))

@@ -76,6 +76,8 @@ def follower(path, footprint=DISC, arrived=False, **params):
         ((0.1, 0.3), (0.4, 0.6), 0.5, 1, (0.3, 0.4)),  # no common point: the nearest corner
         ((0.1, 0.3), (0.4, 0.6), 0.0, 1, (0.3, 0.4)),  # straight on: the turn rate nearest to 0
         ((0.1, 0.3), (-0.2, 0.2), 0.0, 1, (0.3, 0.0)),
+        ((0.2, 0.2), (1.0, 1.005), 10.0, 1, (0.2, 1.005)),  # 0.0995 and 0.0990 away: the nearer corner
+        ((-0.3, -0.1), (0.4, 0.6), 0.002, -1, (-0.1, 0.4)),  # 0.4006 and 0.4002 away: nearer, although slower
     ],
 )
 def test_the_fastest_command_of_a_window(window_v, window_w, curvature, sign, expected):
@@ -112,6 +114,15 @@ def test_a_distance_to_obstacles_is_looked_at_beyond_the_carrot():
     checked = follower(short, allow_obstacle_checking_beyond_goal=True, **beyond)
     with pytest.raises(ControllerError, match="collision ahead"):
         checked.compute_velocity_commands(ORIGIN, REST, wall, 0.0)
+
+
+def test_a_path_of_one_pose_is_refused_only_with_a_second_carrot_beyond_its_end():
+    # Without the second carrot Nav2 switches the interpolation off, with a warning (parameter_handler.cpp).
+    made = follower([(0.5, 0.0, 0.0)], interpolate_curvature_after_goal=True)
+    assert made.compute_velocity_commands(ORIGIN, REST, free_map(), 0.0).v > 0.0
+    second = {"interpolate_curvature_after_goal": True, "use_fixed_curvature_lookahead": True}
+    with pytest.raises(InvalidPath, match="only one pose"):
+        follower([(0.5, 0.0, 0.0)], **second).compute_velocity_commands(ORIGIN, REST, free_map(), 0.0)
 
 
 def test_at_the_goal_it_turns_when_the_goal_checker_says_so():

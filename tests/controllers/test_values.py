@@ -125,3 +125,14 @@ def test_critics_that_are_not_listed_are_named():
 def test_a_wrong_value_is_refused():
     with pytest.raises(ConfigError, match="sim_time"):
         with_values(load_preset("thesis"), "dwb", {"sim_time": -1.0})
+
+
+def test_the_value_of_a_critic_stands_under_the_name_that_the_file_gives_it():
+    group = {"critics": ["Mine", "GoalDistCritic"], "Mine": {"class": "PathAlign"}, "GoalDistCritic": {"scale": 1.0}}
+    text = yaml.safe_dump({"controller_server": {"ros__parameters": {"FollowPath": group}}})
+    written = yaml.safe_load(write_values(text, "FollowPath", {"PathAlign.scale": 2.0, "GoalDist.scale": 3.0}, {}))
+    assert written["controller_server"]["ros__parameters"]["FollowPath"] == {
+        "critics": ["Mine", "GoalDistCritic"],
+        "Mine": {"class": "PathAlign", "scale": 2.0},
+        "GoalDistCritic": {"scale": 3.0},
+    }

@@ -19,6 +19,7 @@ from gym_mapbench.costmap import (
     LayeredCostmap,
     ObservationSource,
     ObstacleLayer,
+    StaticLayer,
     VoxelLayer,
     build_static_costmap,
 )
@@ -260,6 +261,14 @@ def test_a_costmap_neither_rolling_nor_on_the_map_stays_where_it_is_put():
     costmap = LayeredCostmap(params, ROOM, DISC).update(Pose(3, 3))
     assert costmap.costs.shape == (10, 20)
     assert (costmap.origin_x, costmap.origin_y) == (-1.0, 0.0)
+
+
+@pytest.mark.parametrize("changes", [{}, {"rolling_window": True, "width": 3, "height": 3}])
+def test_a_disabled_static_layer_writes_nothing_but_gives_a_costmap_the_size_of_the_map(changes):
+    params = CostmapParams.example_global(static_layer=StaticLayer(enabled=False), **changes)
+    costmap = LayeredCostmap(params, ROOM, DISC).update(Pose(3, 3))
+    assert costmap.costs.shape == ((60, 60) if changes else ROOM.shape)
+    assert np.isin(costmap.costs, (0, 255)).all()  # the robot's own cells are freed
 
 
 def test_every_update_returns_new_costs():

@@ -2,6 +2,7 @@ from __future__ import annotations
 
 import pickle
 from collections import Counter
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
@@ -10,9 +11,11 @@ from controllers.base import STOP, ControllerAbort, ControllerError, InvalidPath
 from controllers.nav2_params import load_preset
 from controllers.nav2_params.navigation import GoalChecker, ProgressChecker, VelocitySmoother
 from controllers.navigator import navigator as navigator_module
+from controllers.navigator.controller_server import ControllerServer
 from controllers.navigator.navigator import Navigator
 from gym_mapbench.costmap import build_static_costmap
 from gym_mapbench.errors import ConfigError, NoPathError
+from gym_mapbench.world.frames import IDENTITY
 from gym_mapbench.world.scenario import Pose
 from tests.controllers.plain_follower import (
     GOAL,
@@ -206,6 +209,34 @@ class TestControllerServer:
         assert (setup.xy_goal_tolerance, setup.yaw_goal_tolerance) == (0.1, 0.2)
         assert (setup.inflation_radius, setup.cost_scaling_factor) == (0.55, 3.0)
         assert setup.footprint.inscribed_radius == pytest.approx(0.225498, abs=1e-6)
+
+    def test_follower_is_told_the_inscribed_radius_of_lyricals_inflation_layer(self):
+        preset = load_preset("lyrical")
+        inflation = preset.local_costmap.inflation_layer.replace(custom_inscribed_radius=0.1)
+        params = preset.replace(local_costmap=preset.local_costmap.replace(inflation_layer=inflation))
+        setup = Navigator(PlainFollower(), params, "plain").follower_setup(context())
+        assert setup.custom_inscribed_radius == 0.1
+
+
+def published_by(release, follower, pose, **changes):
+    """What a controller server publishes in the first cycle on a path of 1 m."""
+    published = []
+    robot = SimpleNamespace(local_pose=pose, odometry=STOP, map_in_local=IDENTITY)
+    costmap = SimpleNamespace(is_current=lambda now: True, next_update=1.0, costmap=None)
+    executor = ControllerServer(follower, server(**changes), robot, costmap, published.append, release=release)
+    executor.begin(np.array([[0.0, 0.0, 0.0], [1.0, 0.0, 0.0]]), 0.0)
+    assert executor.step(0.0) is not None
+    return published
+
+
+@pytest.mark.parametrize(("release", "at_goal", "failed"), [("humble", [Twist(0.1, 0.2)], [STOP]), ("jazzy", [], [])])
+def test_the_robot_is_stopped_where_an_action_ends_unless_the_file_says_no(release, at_goal, failed):
+    follower, there = PlainFollower(lambda now: Twist(0.1, 0.2)), Pose(1.0, 0.0)
+    blocked = PlainFollower(raises(ControllerAbort("no way")))
+    assert published_by(release, follower, there) == [*at_goal, STOP]
+    assert published_by(release, blocked, START) == [STOP]
+    assert published_by(release, follower, there, publish_zero_velocity=False) == at_goal
+    assert published_by(release, blocked, START, publish_zero_velocity=False) == failed
 
 
 class TestRecoveries:
