@@ -1,5 +1,6 @@
 from __future__ import annotations
 
+import random
 from types import SimpleNamespace
 
 import numpy as np
@@ -7,8 +8,9 @@ import pytest
 
 from controllers.base import STOP
 from controllers.rl import as_controller
-from evolution.driving import DriveSettings, check_room
+from evolution.driving import DriveSettings, RunResult, check_room
 from evolution.driving.one_run import environment_for, run_episode
+from evolution.driving.pool import attempt
 from gym_mapbench.env.config import EnvConfig
 from gym_mapbench.errors import ConfigError
 from gym_mapbench.metrics import measure
@@ -97,3 +99,11 @@ def test_a_policy_whose_path_cannot_be_planned_ends_as_nav2_s_controllers_do():
     assert (episode.outcome, episode.time, len(episode.commands)) == ("planner_failure", 0.0, 0)
     assert "not connected" in episode.reason
     assert measure(episode)["spl"] == 0.0
+
+
+def test_global_generators_start_from_the_seed_of_a_job():
+    def run(job):
+        return RunResult("goal", time_s=random.random(), path_length_m=float(np.random.random()))  # noqa: NPY002
+
+    first, second, other = (attempt(run, SimpleNamespace(seed=seed)) for seed in (2**63 - 1, 2**63 - 1, 4))
+    assert first == second != other
