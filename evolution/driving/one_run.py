@@ -3,8 +3,8 @@
 from __future__ import annotations
 
 import time
-from collections.abc import Callable
-from typing import Any
+from collections.abc import Callable, Iterable
+from typing import Any, get_args
 
 import numpy as np
 from numpy.typing import NDArray
@@ -15,11 +15,13 @@ from controllers.navigator.navigator import Navigator
 from gym_mapbench.env.config import EnvConfig
 from gym_mapbench.env.groups import RewardSettings
 from gym_mapbench.env.single import MapBenchEnv
-from gym_mapbench.errors import NoPathError
+from gym_mapbench.errors import ConfigError, NoPathError
 from gym_mapbench.metrics.episode import Episode, Event, Outcome
 from gym_mapbench.world.scenario import Scenario
 
 Floats = NDArray[np.float64]
+FAILURE_KINDS = tuple(kind for kind in get_args(Outcome) if kind != "goal")
+"""How a controller may say that its run failed."""
 OnStep = Callable[[dict[str, Any], dict[str, Any]], object]
 """Takes the observation and the info of an env."""
 
@@ -39,8 +41,13 @@ def environment_for(config: EnvConfig, controller: Controller, *, own_goal_check
     fit = getattr(controller, "fit", None)
     if fit is not None:
         config = fit(config)
+        if not isinstance(config, EnvConfig):
+            raise ConfigError(f"fit of a controller: expected an EnvConfig, got {config!r:.80}")
+    keys = controller.observation_keys
+    if isinstance(keys, str) or not isinstance(keys, Iterable):
+        raise ConfigError(f"observation_keys of a controller: expected a tuple of names, got {keys!r:.80}")
     changes: dict[str, Any] = {
-        "observation": tuple(controller.observation_keys),
+        "observation": tuple(keys),
         "action": "physical",
         "reward": RewardSettings(progress=0.0),
     }
@@ -127,12 +134,20 @@ def _drive(
             break
         if watch is not None:
             watch(controller)
-        command = np.array(answer, dtype=np.float64)
+        command = _command(answer)
         observation, _, _, _, info = env.step(command)
         log.add(command, info)
         if on_step is not None:
             on_step(observation, info)
     return log, info
+
+
+def _command(answer: Any) -> Floats:
+    """Return the answer of a controller as an array of its own, which the env checks."""
+    try:
+        return np.array(answer, dtype=np.float64)
+    except (TypeError, ValueError):
+        raise ConfigError(f"action: expected two numbers, got {answer!r:.80}") from None
 
 
 def _without_path(env: MapBenchEnv, scenario: Scenario, name: str, seed: int, reason: str) -> Episode:
@@ -213,7 +228,11 @@ def _outcome(controller: Controller, info: dict[str, Any]) -> tuple[Outcome, str
         return "goal", ""
     if status == "failed":
         kind: Outcome = getattr(controller, "failure_kind", "controller_failure")
+        if kind not in FAILURE_KINDS:
+            raise ConfigError(f"failure_kind of a controller: expected one of {FAILURE_KINDS}, got {kind!r:.80}")
         return kind, str(getattr(controller, "failure_reason", ""))
+    if status != "running":
+        raise ConfigError(f"status of a controller: expected running, succeeded or failed, got {status!r:.80}")
     outcome: Outcome = info["outcome"]
     reasons = {
         "goal": "",

@@ -18,6 +18,7 @@ from gym_mapbench.metrics import measure
 from gym_mapbench.metrics.episode import Episode
 from gym_mapbench.planners import PLANNERS
 from gym_mapbench.world.clearance import check_clearance
+from gym_mapbench.world.motions import MOTIONS
 from gym_mapbench.world.scenario import Scenario
 
 
@@ -60,9 +61,12 @@ def check_room(scenarios: Iterable[Scenario], settings: DriveSettings) -> None:
     If it can on some of them, runs on the others end in ``error`` with the reason.
 
     Raises:
-        ConfigError: Naming the first of the maps.
+        ConfigError: Naming the first of the maps, or a motion of a body that workers cannot find.
     """
-    problems = []
+    scenarios, problems = list(scenarios), []
+    for scenario in scenarios:
+        for body in scenario.bodies:
+            MOTIONS.for_workers(body.motion.name)
     for scenario in scenarios:
         try:
             check_clearance(scenario, settings.environment.robot)

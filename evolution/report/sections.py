@@ -7,6 +7,7 @@ A third-party section is a function that takes the :class:`~evolution.runs.Loade
 from __future__ import annotations
 
 from collections.abc import Callable, Iterable, Mapping
+from copy import deepcopy
 from statistics import fmean
 from typing import Any
 
@@ -89,8 +90,9 @@ def sections_of(run: LoadedRun, also: Iterable[str] = ()) -> tuple[list[Section]
 
 
 def _section(name: str, run: LoadedRun) -> Section | None:
+    """Make one section; a third party's gets a copy of the run, so that it cannot change the rest of the page."""
     with SECTIONS.blamed(name):
-        section = SECTIONS.get(name)(run)
+        section = SECTIONS.get(name)(run if name in SECTIONS.built_in else deepcopy(run))
     if section is None or isinstance(section, Section):
         return section
     raise PluginError(f"report section {name!r}: expected a Section or None, got a {type(section).__name__}")

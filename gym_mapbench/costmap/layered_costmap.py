@@ -6,6 +6,7 @@ Source: nav2_costmap_2d/src/layered_costmap.cpp.
 from __future__ import annotations
 
 from collections.abc import Sequence
+from dataclasses import replace
 
 import numpy as np
 
@@ -19,7 +20,7 @@ from gym_mapbench.costmap.params import CostmapParams
 from gym_mapbench.costmap.scan import LaserScan
 from gym_mapbench.costmap.speed_filter import SpeedLimit, SpeedZones
 from gym_mapbench.costmap.static_layer import static_costs
-from gym_mapbench.errors import ConfigError
+from gym_mapbench.errors import ConfigError, PluginError
 from gym_mapbench.kernels.layers import shifted
 from gym_mapbench.world.footprint import Footprint
 from gym_mapbench.world.frames import IDENTITY
@@ -206,11 +207,13 @@ def _make_layer(name: str, params: CostmapParams, context: LayerContext) -> Laye
     """Make a layer by its name in ``plugins``; that of a third party is guarded."""
     with LAYERS.blamed(name):
         layer = LAYERS.get(name).make(params.layers[name], context)
+    if not isinstance(layer, Layer):
+        raise PluginError(f"costmap layer {name!r}: expected a Layer, got {layer!r:.80}")
     return layer if name in LAYERS.built_in else _GuardedLayer(name, layer)
 
 
 class _GuardedLayer(Layer):
-    """A third party's layer, whose errors are reported in one line with its name."""
+    """A third party's layer, whose errors and wrong answers are reported in one line with its name."""
 
     def __init__(self, name: str, layer: Layer) -> None:
         self._name, self._layer = name, layer
@@ -233,8 +236,18 @@ class _GuardedLayer(Layer):
 
     def update_bounds(self, window: Window, robot: Pose, box: Box) -> None:
         with LAYERS.blamed(self._name):
-            self._layer.update_bounds(window, robot, box)
+            self._expect_none("update_bounds", self._layer.update_bounds(replace(window), robot, box))
+        if np.isnan(box).any():
+            raise PluginError(f"costmap layer {self._name!r}: expected a box of numbers, got {box.tolist()}")
 
     def update_costs(self, window: Window, master: Costs, cells: Cells) -> None:
         with LAYERS.blamed(self._name):
-            self._layer.update_costs(window, master, cells)
+            self._expect_none("update_costs", self._layer.update_costs(replace(window), master, cells))
+
+    def _expect_none(self, method: str, answer: object) -> None:
+        """Refuse an array that a layer returns instead of writing into the one that it was given."""
+        if answer is not None:
+            raise PluginError(
+                f"costmap layer {self._name!r}: expected {method} to write into its argument and return None, got "
+                f"{answer!r:.80}"
+            )

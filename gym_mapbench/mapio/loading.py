@@ -116,6 +116,8 @@ def _read(name: str, path: Path, options: dict[str, float]) -> list[TaskedMap]:
     for maps in read:
         if not isinstance(maps, list) or not all(isinstance(tasked, TaskedMap) for tasked in maps):
             raise PluginError(f"map format {name!r}: expected a list of TaskedMap, got {maps!r:.80}")
+    if not any(read):
+        raise MapFormatError(f"{path}: expected at least one map in format {name!r}, got none")
     return [tasked for maps in read for tasked in maps]
 
 

@@ -43,6 +43,11 @@ class TaskedMap:
     tasks: tuple[Task, ...] = ()
     genome: Genome | None = None
 
+    def __post_init__(self) -> None:
+        for what, kind in (("name", str), ("grid", GridMap)):
+            if not isinstance(getattr(self, what), kind):
+                raise ConfigError(f"{what} of a map: expected {kind.__name__}, got {getattr(self, what)!r:.80}")
+
     def renamed(self, name: str) -> TaskedMap:
         """Return the same map and tasks under another name."""
         named = name_tasks(name, [(task.start, task.goal) for task in self.tasks])

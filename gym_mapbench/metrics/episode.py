@@ -34,6 +34,8 @@ RECOVERY_KINDS = frozenset({"clear_local", "clear_global", "spin", "wait", "back
 class Episode:
     """One run of one controller on one scenario.
 
+    Its arrays are read-only, so that no metric changes what the next one measures.
+
     Args:
         scenario: Map and task; its bodies are functions of time, and so need no record of their own.
         controller: Name of the controller.
@@ -65,6 +67,12 @@ class Episode:
     events: tuple[Event, ...] = ()
     controller_seconds: float = 0.0
     robot: RobotSpec = field(default_factory=RobotSpec)
+
+    def __post_init__(self) -> None:
+        for name in ("trajectory", "commands", "path"):
+            frozen = np.asarray(getattr(self, name)).view()
+            frozen.flags.writeable = False
+            object.__setattr__(self, name, frozen)
 
     @property
     def success(self) -> bool:

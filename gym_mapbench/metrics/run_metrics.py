@@ -179,8 +179,8 @@ def _measure_one(name: str, episode: Episode) -> float:
     """Measure what a third party defined."""
     with METRICS.blamed(name):
         value: Any = METRICS.get(name)(episode)
-    if isinstance(value, Real | np.bool_) and math.isfinite(value):
-        return float(value)
+        if isinstance(value, Real | np.bool_) and math.isfinite(value):
+            return float(value)
     raise PluginError(f"metric {name!r}: expected a finite number for every run, got {value!r:.80}")
 
 

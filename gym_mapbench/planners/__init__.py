@@ -2,15 +2,18 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from typing import Any
 
+from gym_mapbench.costmap import Costmap
 from gym_mapbench.errors import ConfigError
 from gym_mapbench.planners.base import GlobalPlanner, Path, PlannerEntry
 from gym_mapbench.planners.navfn import NAVFN, NavfnParams, NavfnPlanner
 from gym_mapbench.planners.smac_2d import SMAC_2D, Smac2DParams, Smac2DPlanner, SmootherParams
 from gym_mapbench.planners.theta_star import THETA_STAR, ThetaStarParams, ThetaStarPlanner
-from gym_mapbench.registry import Registry
+from gym_mapbench.registry import Registry, must_be_subclass
 from gym_mapbench.settings import Settings
+from gym_mapbench.world.scenario import Pose
 
 __all__ = [
     "PLANNERS",
@@ -35,6 +38,7 @@ class NoParams(Settings):
 def _entry(made: Any) -> PlannerEntry:
     """Accept an entry, or a callable that makes a planner without arguments."""
     if isinstance(made, PlannerEntry):
+        must_be_subclass(Settings)(made.params)
         return made
     if not callable(made):
         raise ConfigError(f"expected a PlannerEntry or a callable, got {type(made).__name__}")
@@ -66,4 +70,15 @@ def make_planner(name: str, **params: Any) -> GlobalPlanner:
         planner = entry.make(settings)
     if not callable(getattr(planner, "plan", None)):
         raise ConfigError(f"planner {name!r}: expected one with 'plan', got a {type(planner).__name__}")
-    return planner
+    return planner if name in PLANNERS.built_in else _GuardedPlanner(name, planner)
+
+
+class _GuardedPlanner:
+    """A third party's planner: its errors are reported in one line with its name, and it plans on a copy."""
+
+    def __init__(self, name: str, planner: GlobalPlanner) -> None:
+        self._name, self._planner = name, planner
+
+    def plan(self, costmap: Costmap, start: Pose, goal: Pose) -> Path:
+        with PLANNERS.blamed(self._name):
+            return self._planner.plan(replace(costmap, costs=costmap.costs.copy()), start, goal)

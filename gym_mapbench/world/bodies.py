@@ -70,13 +70,19 @@ def _poses(number: int, spec: MotionSpec, sent: bytes) -> Floats:
         spec: Its motion.
         sent: The times as bytes.
     """
-    times = np.frombuffer(sent).copy()
-    assert not isinstance(spec.motion, SocialForce)
-    with MOTIONS.blamed(spec.name):
-        poses = np.asarray(spec.motion.at(times), dtype=np.float64)
+    times, poses = np.frombuffer(sent), _ask(spec, sent)
     if poses.shape != (len(times), 3):
         raise ConfigError(f"body {number} ({spec.name}): expected poses {(len(times), 3)}, got {poses.shape}")
     if not np.isfinite(poses).all():
         bad = times[~np.isfinite(poses).all(axis=1)][0]
         raise ConfigError(f"body {number} ({spec.name}): expected a finite pose at all times, got none at {bad:g} s")
+    if spec.name not in MOTIONS.built_in and not np.array_equal(poses, _ask(spec, sent)):
+        raise ConfigError(f"body {number} ({spec.name}): expected the same poses at the same times, got others")
     return poses
+
+
+def _ask(spec: MotionSpec, sent: bytes) -> Floats:
+    """Ask a motion for its poses, in an array of its own."""
+    assert not isinstance(spec.motion, SocialForce)
+    with MOTIONS.blamed(spec.name):
+        return np.array(spec.motion.at(np.frombuffer(sent).copy()), dtype=np.float64)

@@ -133,9 +133,13 @@ class GridMap:
         rectangles.flags.writeable = False
         return rectangles
 
-    @cached_property
+    @property
     def boxes(self) -> NDArray[np.float64]:
-        """The walls as few rectangles, ``(n, 4)`` left, bottom, right, top in the world, m."""
+        """The walls as few rectangles, ``(n, 4)`` left, bottom, right, top in the world, m; a copy."""
+        return self._boxes.copy()
+
+    @cached_property
+    def _boxes(self) -> NDArray[np.float64]:
         row, col, height, width = self.rectangles.T
         x, y = self.origin
         cells = np.stack([col, row, col + width, row + height], axis=1)

@@ -8,7 +8,7 @@ from __future__ import annotations
 import math
 from collections.abc import Callable
 from functools import cached_property
-from typing import Annotated, Protocol
+from typing import Annotated, Any, Protocol
 
 import numpy as np
 from numpy.typing import NDArray
@@ -87,6 +87,11 @@ class MotionSpec(Settings):
     def _exists(self) -> MotionSpec:
         _ = self.motion
         return self
+
+    def __getstate__(self) -> dict[Any, Any]:
+        """Return what is pickled: the data alone; whoever reads it makes the motion by its name."""
+        state = super().__getstate__()
+        return {**state, "__dict__": {name: getattr(self, name) for name in type(self).model_fields}}
 
     @cached_property
     def motion(self) -> Motion | SocialForce:

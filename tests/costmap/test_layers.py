@@ -5,6 +5,7 @@ from __future__ import annotations
 import sys
 import types
 
+import numpy as np
 import pytest
 
 from gym_mapbench.costmap import LAYERS, CostmapParams, Layer, LayeredCostmap, LayerEntry
@@ -43,13 +44,31 @@ class Broken(Column):
         raise RuntimeError("no cells left")
 
 
+class Returning(Column):
+    def update_costs(self, window, master, cells):
+        return np.full(master.shape, self.cost, np.uint8)
+
+
+class Nowhere(Column):
+    def update_bounds(self, window, robot, box):
+        box[:] = np.nan
+
+
+class Moving(Column):
+    def update_costs(self, window, master, cells):
+        super().update_costs(window, master, cells)
+        window.origin_x += 1.0
+
+
 @pytest.fixture
 def third_party(monkeypatch):
     """A module of a third party with three layers."""
     module = types.ModuleType("strange_layers")
     module.column, module.broken = LayerEntry(Options, Column), LayerEntry(Options, Broken)
     module.newer = LayerEntry(Options, Column, nav2=RosPlugin(since("jazzy", "strange::Newer"), "it", Options))
-    module.number = 5
+    module.returning, module.nowhere = LayerEntry(Options, Returning), LayerEntry(Options, Nowhere)
+    module.moving, module.no_layer = LayerEntry(Options, Moving), LayerEntry(Options, lambda *_: 5)
+    module.number, module.unlike = 5, LayerEntry(dict, Column)
     monkeypatch.setitem(sys.modules, "strange_layers", module)
 
 
@@ -79,11 +98,28 @@ class TestOfThirdParties:
             costmap.update(Pose(0.1, 0.1))
 
     @pytest.mark.parametrize(
+        ("name", "message"),
+        [
+            ("returning", r"expected update_costs to write into its argument and return None, got array\("),
+            ("nowhere", r"expected a box of numbers, got \[nan, nan, nan, nan\]"),
+            ("no_layer", "expected a Layer, got 5"),
+        ],
+    )
+    def test_a_wrong_answer_is_reported_in_one_line(self, name, message):
+        with pytest.raises(PluginError, match=f"^costmap layer 'strange_layers:{name}': {message}"):
+            LayeredCostmap(params(f"strange_layers:{name}"), EMPTY, POINT).update(Pose(0.1, 0.1))
+
+    def test_a_layer_cannot_move_the_costmap(self):
+        made = LayeredCostmap(params("strange_layers:moving"), EMPTY, POINT).update(Pose(0.1, 0.1))
+        assert (made.origin_x, made.origin_y) == EMPTY.origin
+
+    @pytest.mark.parametrize(
         ("name", "options", "message"),
         [
             ("strange_layers:column", {"cost": "much"}, "strange_layers:column: cost: expected"),
             ("strange_layers:colum", {}, "plugins: costmap layer 'strange_layers:colum' cannot be loaded"),
             ("strange_layers:number", {}, "plugins: .* expected LayerEntry, got int"),
+            ("strange_layers:unlike", {}, r"plugins: .* expected a subclass of .*Settings, got <class"),
             ("strange_layers:newer", {}, "strange_layers:newer: Nav2 Humble has no Newer; --nav2 jazzy has"),
             ("inflation_layer", {"enabled": 1}, "inflation_layer: .*expected true or false, got 1"),
         ],

@@ -99,6 +99,14 @@ def read_nothing(path):
     return None
 
 
+def read_no_map(path):
+    return []
+
+
+def read_bare(path):
+    return [TaskedMap(path.stem, np.zeros((3, 3), bool))]
+
+
 def read_badly(path):
     return int(path.read_text())
 
@@ -143,6 +151,10 @@ def test_readers_that_fail_say_so(rows):
         load_maps(f"{HERE}:read_nothing:{rows}")
     with pytest.raises(PluginError, match=r"read_badly': ValueError: .*, test_loading.py line \d+"):
         load_maps(f"{HERE}:read_badly:{rows}")
+    with pytest.raises(MapFormatError, match=r"expected at least one map in format '.*read_no_map', got none"):
+        load_maps(f"{HERE}:read_no_map:{rows}")
+    with pytest.raises(ConfigError, match=r"grid of a map: expected GridMap, got array\("):
+        load_maps(f"{HERE}:read_bare:{rows}")
     with pytest.raises(ConfigError, match=r"resolution: .* says its own"):
         load_maps(f"{HERE}:read_rows:{rows}", resolution=0.1)
     with pytest.raises(MapFormatError, match="no mapset maps found in this folder"):

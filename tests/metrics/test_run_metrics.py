@@ -180,6 +180,15 @@ def fails(episode):
     return episode.nothing
 
 
+def changes(episode):
+    episode.trajectory[:, 2] = np.unwrap(episode.trajectory[:, 2])
+    return 0.0
+
+
+def immense(episode):
+    return 10**400
+
+
 def words(episode):
     return "a lot"
 
@@ -197,6 +206,8 @@ def test_metrics_of_others_are_measured_where_they_are_asked_for():
     ("name", "message"),
     [
         ("never", "expected a finite number for every run, got nan"),
+        ("immense", r"OverflowError: int too large to convert to float, run_metrics.py line \d+"),
+        ("changes", r"ValueError: assignment destination is read-only, test_run_metrics.py line \d+"),
         ("words", "expected a finite number for every run, got 'a lot'"),
         ("fails", r"AttributeError: 'Episode' object has no attribute 'nothing', test_run_metrics.py line \d+"),
     ],

@@ -11,7 +11,7 @@ from scipy.ndimage import label
 
 from controllers.nav2_params import NavigationParams, PlannerPlugin, load_preset, write_nav2_params
 from gym_mapbench.costmap import Costmap, CostmapParams, build_static_costmap
-from gym_mapbench.errors import ConfigError, NoPathError
+from gym_mapbench.errors import ConfigError, NoPathError, PluginError
 from gym_mapbench.planners import PLANNERS, PlannerEntry, make_planner
 from gym_mapbench.settings import Settings
 from gym_mapbench.world.footprint import Footprint
@@ -152,20 +152,48 @@ class Made:
         return np.zeros((self.rows, 3))
 
 
-made = PlannerEntry(Ending, Made)
+class Eraser:
+    def plan(self, costmap, start, goal):
+        costmap.costs[:] = 0
+        return np.zeros((1, 3))
+
+
+class Lost:
+    def plan(self, costmap, start, goal):
+        raise LookupError("where?")
+
+
+made, unlike = PlannerEntry(Ending, Made), PlannerEntry(dict, Made)
 HERE = "tests.planners.test_planners"
 
 
+def plan_with(name, costmap=None, **params):
+    return make_planner(name, **params).plan(costmap or metre_map(np.zeros((3, 3))), Pose(0.5, 0.5), Pose(2.5, 2.5))
+
+
 def test_planners_of_others():
-    assert len(make_planner(f"{HERE}:made", rows=5).plan(None, None, None)) == 5
+    assert len(plan_with(f"{HERE}:made", rows=5)) == 5
     with pytest.raises(NoPathError):
-        make_planner(f"{HERE}:Nowhere").plan(None, None, None)
+        plan_with(f"{HERE}:Nowhere")
     with pytest.raises(ConfigError, match="unknown key 'row'; did you mean 'rows'"):
         make_planner(f"{HERE}:made", row=5)
     with pytest.raises(ConfigError, match="unknown key 'rows'"):
         make_planner(f"{HERE}:Nowhere", rows=5)
     with pytest.raises(ConfigError, match="expected one with 'plan', got a dict"):
         make_planner("builtins:dict")
+    with pytest.raises(ConfigError, match=r"unlike': expected a subclass of .*Settings, got <class"):
+        make_planner(f"{HERE}:unlike")
+
+
+def test_planners_of_others_cannot_change_the_costmap():
+    costmap = metre_map(np.full((3, 3), 7))
+    assert plan_with(f"{HERE}:Eraser", costmap).shape == (1, 3)
+    assert (costmap.costs == 7).all()
+
+
+def test_a_planner_of_others_that_fails_is_one_line_with_its_name():
+    with pytest.raises(PluginError, match=rf"^planner '{HERE}:Lost': LookupError: where\?, test_planners.py line \d+$"):
+        plan_with(f"{HERE}:Lost")
 
 
 def test_the_navigator_takes_them_by_name():

@@ -2,6 +2,7 @@ from __future__ import annotations
 
 import math
 import pickle
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
@@ -237,6 +238,27 @@ def test_a_motion_that_is_none_is_refused(poses, message, monkeypatch):
     monkeypatch.setitem(MOTIONS._entries, "broken", Broken)
     with pytest.raises(ConfigError, match=rf"body 0 \(broken\): {message}"):
         World(OPEN, [Body(shape=Disc(radius=0.2), motion={"name": "broken"})])
+
+
+class Loose:
+    """A motion that cannot be pickled."""
+
+    def __init__(self):
+        self.at = lambda times: np.zeros((len(times), 3))
+
+
+def test_a_body_is_pickled_as_data_whatever_its_motion_is():
+    body = Body(motion={"name": f"{__name__}:Loose"})
+    copied = pickle.loads(pickle.dumps(body))
+    assert copied == body
+    assert not copied.motion.motion.at(np.zeros(2)).any()
+
+
+def test_a_motion_that_gives_other_poses_at_the_same_times_is_refused(monkeypatch):
+    rng = np.random.default_rng(1)
+    monkeypatch.setitem(MOTIONS._entries, "restless", lambda: SimpleNamespace(at=lambda t: rng.random((len(t), 3))))
+    with pytest.raises(ConfigError, match=r"body 0 \(restless\): expected the same poses at the same times, got"):
+        World(OPEN, [Body(motion={"name": "restless"})])
 
 
 @pytest.mark.parametrize("robot", [WAFFLE, JACKAL])

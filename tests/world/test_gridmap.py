@@ -63,6 +63,9 @@ def test_cells_cannot_be_changed_not_even_after_unpickling():
         assert copy == grid
         with pytest.raises(ValueError, match="read-only"):
             copy.occupancy[0, 0] = True
+    walls = GridMap.from_rows(["#."])
+    walls.boxes[:] = 0.0
+    assert walls.boxes.tolist() == [[0.0, 0.0, 0.05, 0.05]]
 
 
 @pytest.mark.parametrize(

@@ -2,8 +2,11 @@
 
 from __future__ import annotations
 
+import random
 from collections.abc import Callable
 from dataclasses import dataclass, replace
+
+import numpy as np
 
 from evolution.driving.jobs import Job, RunResult
 from evolution.driving.pool.worker_loop import NotStartedError, belong_to_parent
@@ -50,10 +53,13 @@ def prepare_worker(warm_up: WarmUp | None) -> None:
 def attempt(run_job: RunJob, job: Job) -> RunResult:
     """Run a job in a worker and return its result; an exception of the controller becomes an ``error`` result.
 
-    An exception that is none of this project's own is reported with its file and line number.
+    An exception that is none of this project's own is reported with its file and line number. The global generators of
+    Python and NumPy, which third parties may use, start from the job's seed.
     """
     if _warm_up_failure:
         raise NotStartedError(_warm_up_failure[0])
+    random.seed(job.seed)
+    np.random.seed(job.seed % 2**32)  # noqa: NPY002 - the global generator is what they use
     try:
         result = run_job(job)
     except MapBenchError as error:

@@ -58,7 +58,8 @@ class Fitness:
     @cached_property
     def kind(self) -> Pattern:
         """The pattern, which scores maps and judges their scores."""
-        return FITNESSES.get(self.settings.fitness)(self.settings, self.cluster_scale)
+        with FITNESSES.blamed(self.settings.fitness):
+            return FITNESSES.get(self.settings.fitness)(self.settings, self.cluster_scale)
 
     @cached_property
     def policy(self) -> FailurePolicy:
@@ -259,8 +260,8 @@ class Fitness:
             return run.value(self.settings.metric)
         with FAILURES.blamed(self.settings.failures):
             value: object = self.policy.value(run, self.time_limit)
-        if not isinstance(value, Real):
-            raise PluginError(f"failure policy {self.settings.failures!r}: expected a number, got {value!r:.80}")
+        if not isinstance(value, Real) or not math.isfinite(value):
+            raise PluginError(f"failure policy {self.settings.failures!r}: expected a finite number, got {value!r:.80}")
         return float(value)
 
 

@@ -123,4 +123,5 @@ class JudgingSettings(PatternSettings, ExtendedSettings):
     @property
     def policy(self) -> FailurePolicy:
         """The failure policy."""
-        return FAILURES.get(self.failures)()
+        with FAILURES.blamed(self.failures):
+            return FAILURES.get(self.failures)()

@@ -1,13 +1,22 @@
 from __future__ import annotations
 
+import random
+from types import SimpleNamespace
+
 import numpy as np
+import pytest
 
 from controllers.base import STOP
 from controllers.rl import as_controller
+from evolution.driving import DriveSettings, RunResult, check_room
 from evolution.driving.one_run import environment_for, run_episode
+from evolution.driving.pool import attempt
 from gym_mapbench.env.config import EnvConfig
+from gym_mapbench.errors import ConfigError
 from gym_mapbench.metrics import measure
+from gym_mapbench.world.bodies import Body
 from gym_mapbench.world.gridmap import GridMap
+from gym_mapbench.world.motions import MOTIONS
 from gym_mapbench.world.scenario import Pose, Scenario
 from tests.worlds import ROOM
 
@@ -57,6 +66,31 @@ def test_the_noise_belongs_to_its_own_seed():
         assert all(np.array_equal(first[key], second[key]) for key in first)
 
 
+@pytest.mark.parametrize(
+    ("attributes", "message"),
+    [
+        ({"observation_keys": None}, "observation_keys of a controller: expected a tuple of names, got None"),
+        ({"observation_keys": "goal"}, "observation_keys of a controller: expected a tuple of names, got 'goal'"),
+        ({"fit": lambda config: None}, "fit of a controller: expected an EnvConfig, got None"),
+        ({"act": lambda observation: "ab"}, "action: expected two numbers, got 'ab'"),
+        ({"status": "done"}, "status of a controller: expected running, succeeded or failed, got 'done'"),
+        ({"status": "failed", "failure_kind": "goal"}, "failure_kind of a controller: expected one of .*, got 'goal'"),
+    ],
+)
+def test_what_a_controller_says_wrongly_is_one_line(attributes, message):
+    wrong = Bystander()
+    vars(wrong).update(attributes)
+    with pytest.raises(ConfigError, match=f"^{message}$"):
+        run_episode(environment_for(EnvConfig(time_limit=0.5), wrong), wrong, SCENARIO, name="wrong", seed=0)
+
+
+def test_a_motion_that_workers_cannot_find_is_refused(monkeypatch):
+    monkeypatch.setitem(MOTIONS._entries, "mine", lambda: SimpleNamespace(at=lambda times: np.zeros((len(times), 3))))
+    walked = Scenario(SCENARIO.map, SCENARIO.start, SCENARIO.goal, "room", (Body(motion={"name": "mine"}),))
+    with pytest.raises(ConfigError, match="motion 'mine': is registered in this process alone"):
+        check_room([walked], DriveSettings(navigation="thesis"))
+
+
 def test_a_policy_whose_path_cannot_be_planned_ends_as_nav2_s_controllers_do():
     halves = GridMap.from_rows(["#" * 80, *["#" + "." * 38 + "##" + "." * 38 + "#"] * 20, "#" * 80])
     apart = Scenario(halves, Pose(1.0, 0.5), Pose(3.0, 0.5))
@@ -65,3 +99,11 @@ def test_a_policy_whose_path_cannot_be_planned_ends_as_nav2_s_controllers_do():
     assert (episode.outcome, episode.time, len(episode.commands)) == ("planner_failure", 0.0, 0)
     assert "not connected" in episode.reason
     assert measure(episode)["spl"] == 0.0
+
+
+def test_global_generators_start_from_the_seed_of_a_job():
+    def run(job):
+        return RunResult("goal", time_s=random.random(), path_length_m=float(np.random.random()))  # noqa: NPY002
+
+    first, second, other = (attempt(run, SimpleNamespace(seed=seed)) for seed in (2**63 - 1, 2**63 - 1, 4))
+    assert first == second != other

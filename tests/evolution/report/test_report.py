@@ -356,6 +356,12 @@ def uneven(run):
     return Section("x", tables=[Table("t", ("a", "b"), [[1]])])
 
 
+def changes(run):
+    for entry in run.best_results["maps"]:
+        for runs in entry["runs"].values():
+            runs[0]["time_s"] = 1.0
+
+
 HERE = "tests.evolution.report.test_report"
 
 
@@ -377,6 +383,10 @@ def test_sections_of_ones_own(run_path):
     ):
         assert words in page.text
     assert page.text.count("report section '") == 2
+
+
+def test_a_section_of_ones_own_cannot_change_the_rest_of_the_page(run_path):
+    assert write_report(run_path, sections=[f"{HERE}:changes"]).read_text() == write_report(run_path).read_text()
 
 
 def test_sections_that_are_not_there(run_path, study_path):

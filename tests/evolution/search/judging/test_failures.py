@@ -29,6 +29,16 @@ class Stumbles(FailurePolicy):
         raise LookupError("nothing at hand")
 
 
+class Endless(FailurePolicy):
+    def value(self, run, time_limit):
+        return float("nan")
+
+
+class Unmade(FailurePolicy):
+    def __init__(self):
+        raise LookupError("no value")
+
+
 def values(failures, metric="time"):
     fitness = Fitness.of(JudgingSettings(failures=failures, metric=metric), 150.0)
     return fitness.values_of(((RunResult("goal", 20.0, 5.0),), (FAILED,)))
@@ -70,4 +80,8 @@ def test_what_is_no_policy_is_one_line():
         JudgingSettings(failures=f"{HERE}:values")
     with pytest.raises(PluginError, match=r"failure policy '.*Stumbles': LookupError: nothing at hand, test_failures"):
         values(f"{HERE}:Stumbles")
+    with pytest.raises(PluginError, match=r"failure policy '.*Endless': expected a finite number, got nan"):
+        values(f"{HERE}:Endless")
+    with pytest.raises(PluginError, match=r"failure policy '.*Unmade': LookupError: no value, test_failures"):
+        values(f"{HERE}:Unmade")
     assert FAILURES.built_in == ("exclude", "censor", "par2")

@@ -239,12 +239,18 @@ class Endless(Contrast):
         return float("inf")
 
 
+class Unmade(Contrast):
+    def __init__(self, settings, scale=None):
+        raise ValueError("no wish")
+
+
 HERE = "tests.evolution.search.judging.test_fitness"
 WRONG = (
     ("Broken", r"ValueError: no idea, test_fitness.py line \d+"),
     ("Lost", "expected a finite pattern, got nan"),
     ("Endless", "expected a finite score, got inf"),
     ("Silent", "expected a finite pattern, got None"),
+    ("Unmade", r"ValueError: no wish, test_fitness.py line \d+"),
     ("Unfinished", "NotImplementedError: Unfinished has no method score"),
 )
 
