@@ -8,7 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from gym_mapbench.errors import ConfigError
-from gym_mapbench.generator.families import FamilySpec, build_map
+from gym_mapbench.generator.families import FamilySpec, build_map, make_family
 from gym_mapbench.generator.motifs import AlongRoute, MotifGenes, places
 from gym_mapbench.generator.shapes import Cells, ShapeSettings
 from gym_mapbench.settings import Settings
@@ -51,7 +51,7 @@ def read_genome(genome: Genome) -> tuple[AlongRoute, MotifGenes]:
     Raises:
         ConfigError: If there is no such family, it has no routes, or the genes are none of it.
     """
-    family = FamilySpec(name=genome.family, options=genome.options).make()
+    family = make_family(genome.family, **genome.options)
     if not isinstance(family, AlongRoute):
         raise ConfigError(f"family: expected a family of motifs along a route, got {genome.family!r}")
     genes = MotifGenes.from_mapping(genome.genes, "genes")

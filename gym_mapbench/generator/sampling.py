@@ -98,6 +98,7 @@ def plan_way(cells: Cells, shapes: ShapeSettings, robot: RobotSpec) -> NDArray[n
     return find_way(grid, *default_task(grid, shapes.border + shapes.task_distance), robot)
 
 
+@functools.lru_cache(maxsize=256)  # a search asks for a map several times, and operators return maps of before
 def find_way(grid: GridMap, start: Pose, goal: Pose, robot: RobotSpec) -> NDArray[np.float64] | None:
     """Return NavFn's way from start to goal that it can still follow when lidar noise has narrowed it.
 
@@ -111,13 +112,14 @@ def find_way(grid: GridMap, start: Pose, goal: Pose, robot: RobotSpec) -> NDArra
         robot: Its shape.
 
     Returns:
-        ``(n, 2)`` x and y, m; None if there is no way, or NavFn would give up on it.
+        ``(n, 2)`` x and y, m, read-only; None if there is no way, or NavFn would give up on it.
     """
     costmap = build_static_costmap(grid, *_with_cell_to_spare(robot, grid.resolution))
     try:
         path = NavfnPlanner(NavfnParams(tolerance=0.0)).plan(costmap, start, goal)
     except NoPathError:
         return None
+    path.flags.writeable = False
     return path[:, :2] if len(path) <= LONGEST_PLAN * 4 * max(grid.shape) else None
 
 

@@ -19,8 +19,10 @@ from gym_mapbench.generator import (
     ShapeSettings,
     build_genome,
     clear_and_border,
+    default_task,
     draw_from,
     elements_line,
+    find_way,
     genome_of,
     legs_of,
     make_family,
@@ -28,6 +30,9 @@ from gym_mapbench.generator import (
     read_genome,
     task_cells,
 )
+from gym_mapbench.generator.motifs.around import Around
+from gym_mapbench.generator.motifs.pillar_rows import PillarRows
+from gym_mapbench.world.gridmap import GridMap
 from gym_mapbench.world.robot import make_robot
 
 THESIS = ShapeSettings()
@@ -189,3 +194,32 @@ def test_gaps_leave_every_robot_the_same_room():
 def test_a_map_for_a_narrow_robot_is_built_again_from_its_genome(name):
     drawn = draw_from(np.random.default_rng(3), [FamilySpec(name=name)], THESIS, make_robot("turtlebot3_burger"))
     assert (build_genome(drawn.genome, THESIS) == drawn.cells).all()
+
+
+@settings(max_examples=30, deadline=None)
+@given(seed=seeds, gap=st.floats(0.01, 1.5), side=st.floats(0.01, 1.5))
+def test_pillars_are_those_of_the_formula_on_all_cells(seed, gap, side):
+    along, across = np.random.default_rng(seed).uniform(-4.0, 4.0, (2, 30, 40))
+    walls = PillarRows().walls(Around(along, across, 0, 0.05), {"gap": gap, "side": side})
+    gap, side = max(gap, 0.05), max(side, 0.05)
+    in_row, in_pillar = (along >= -side / 2) & (along < side / 2), (across + gap / 2) % (gap + side) >= gap
+    assert np.array_equal(walls, in_row & in_pillar)
+
+
+def test_the_way_of_equal_maps_is_planned_once_and_cannot_be_changed():
+    task = default_task(GridMap(built(gates(3))))
+    way = find_way(GridMap(built(gates(3))), *task, WAFFLE)
+    assert find_way(GridMap(built(gates(3))), *task, WAFFLE) is way
+    with pytest.raises(ValueError, match="read-only"):
+        way[0] = 0.0
+
+
+def test_the_way_is_that_of_map_task_and_robot():
+    grid = GridMap(built(gates(3)))
+    narrow = GridMap(make_family("gates", gap=(0.4, 0.4)).build(gates(3), THESIS))
+    start, goal = default_task(grid)
+    for asked in range(2):
+        assert find_way(grid, start, goal, WAFFLE) is not None, asked
+        assert find_way(narrow, start, goal, WAFFLE) is None, asked
+        assert find_way(narrow, start, goal, make_robot("turtlebot3_burger")) is not None, asked
+        assert find_way(grid, goal, start, WAFFLE)[-1].tolist() == list(start[:2]), asked

@@ -35,5 +35,7 @@ class PillarRows(Motif):
     def walls(self, around: Around, genes: Values) -> Cells:
         """Return the pillars of one row; see :meth:`Motif.walls`."""
         gap = max(genes["gap"], around.resolution)
-        place = (around.across + gap / 2) % (gap + max(genes["side"], around.resolution))
-        return around.within_along(genes["side"]) & (place >= gap)
+        walls = around.within_along(genes["side"])
+        places = (around.across[walls] + gap / 2) % (gap + max(genes["side"], around.resolution))
+        walls[walls] = places >= gap
+        return walls
