@@ -33,8 +33,8 @@ MOST_REPLAYS = 24
 
 INTERVALS = (
     "Intervals are 95 % intervals: Wilson intervals for shares of runs, bootstrap intervals for means and "
-    f"differences. The bootstrap resamples maps if there are {FEWEST_FOR_INTERVAL} or more, else runs; with fewer than "
-    f"{FEWEST_FOR_INTERVAL} runs there is no interval."
+    f"differences. The bootstrap resamples maps if the benchmark has {FEWEST_FOR_INTERVAL} or more, else runs; fewer "
+    f"than {FEWEST_FOR_INTERVAL} maps or runs give no interval. Runs that are equal in every measure count once."
 )
 REASONS = ("map", "controller", "repeat", "outcome", "reason")
 """Columns of the table of failed runs."""
