@@ -132,7 +132,7 @@ def _medians_of_resamples(ordered: NDArray[np.float64]) -> tuple[NDArray[np.floa
     return (ordered[first] + ordered[second]) / 2, chances[first, second]
 
 
-def wilson_interval(successes: int, n: int) -> tuple[float, float]:
+def wilson_interval(successes: float, n: int) -> tuple[float, float]:
     """Wilson's interval of a share; (0, 1) if there is no trial.
 
     Source: Newcombe (1998), method 3. These are the bits of ``scipy.stats``, which takes a second to import.

@@ -28,7 +28,7 @@ from evolution.benchmark.configurations import (
     run_configurations,
 )
 from evolution.benchmark.directory import BENCHMARK, begin_benchmark, benchmark_document
-from evolution.benchmark.paired import PairedComparison, Trial, compare_paired, compare_rows
+from evolution.benchmark.paired import PairedComparison, Trial, compare_paired, compare_rows, copies_in_words
 from evolution.benchmark.parameter_differences import parameter_rows
 from evolution.benchmark.parameter_sweep import SweptParameter, read_sweep, sweep, swept_controllers
 from evolution.benchmark.reading import read_bench
@@ -67,6 +67,7 @@ __all__ = [
     "compare_paired",
     "compare_rows",
     "configurations_document",
+    "copies_in_words",
     "correlation_with",
     "differences_in_words",
     "load_barn",

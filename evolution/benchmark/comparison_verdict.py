@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 
 from evolution.benchmark.configurations import ParameterComparison
+from evolution.benchmark.paired import copies_in_words
 from evolution.files import Row
 from evolution.statistics import FEWEST_FOR_INTERVAL
 
@@ -16,9 +17,8 @@ NO_VALUE = "-"
 
 def verdict_of_comparison(comparison: ParameterComparison) -> list[str]:
     """Return the answer for each pair of sides, the maps with the largest differences, and the keys that differ."""
-    if comparison.against_first:
-        return [*_of_sweep(comparison), *_keys(comparison.parameters)]
-    return [*verdict_of_pairs(comparison), *_maps(comparison), *_keys(comparison.parameters)]
+    found = _of_sweep(comparison) if comparison.against_first else [*verdict_of_pairs(comparison), *_maps(comparison)]
+    return [*found, *copies_in_words(comparison.rows), *_keys(comparison.parameters)]
 
 
 def verdict_of_pairs(comparison: ParameterComparison) -> list[str]:

@@ -62,13 +62,20 @@ class ParameterComparison(BenchResult):
 
         A side is a configuration with one controller, or one controller of a configuration (``LABEL.CONTROLLER``).
         """
-        names = {label: _unique(row["controller"] for row in rows) for label, rows in self.by_label.items()}
         found: dict[str, list[Row]] = {}
         for row in self.rows:
-            label = row["configuration"]
-            side = label if len(names[label]) == 1 else f"{label}.{row['controller']}"
+            side = self._side(row["configuration"], row["controller"])
             found.setdefault(side, []).append({**row, "controller": side})
         return found
+
+    @cached_property
+    def _names(self) -> dict[str, list[str]]:
+        """The controllers of each configuration."""
+        return {label: _unique(row["controller"] for row in rows) for label, rows in self.by_label.items()}
+
+    def _side(self, label: str, controller: str) -> str:
+        """Return the side of a controller: a configuration with a single controller is one side."""
+        return label if len(self._names[label]) == 1 else f"{label}.{controller}"
 
     @cached_property
     def by_label(self) -> dict[str, list[Row]]:
@@ -129,10 +136,11 @@ class ParameterComparison(BenchResult):
         for a, b in combinations(labels, 2):
             if self.against_first and a != labels[0]:
                 continue
-            if a in self.sides and b in self.sides:
+            ours, theirs = self._names[a], self._names[b]
+            if len(ours) == len(theirs) == 1:
                 yield a, b
-            names = _unique(row["controller"] for row in self.by_label[a])
-            yield from ((f"{a}.{one}", f"{b}.{one}") for one in names if f"{b}.{one}" in self.sides)
+            else:
+                yield from ((self._side(a, one), self._side(b, one)) for one in ours if one in theirs)
 
 
 def run_configurations(

@@ -1,14 +1,15 @@
 """Paired statistics: success and times of two sides on the same maps and noise.
 
 The units of every test are maps, because runs on one map depend on each other. With fewer than five maps the units are
-runs. Success: McNemar's exact test (McNemar 1947; a map counts for the side that reaches the goal more often). Time:
-Wilcoxon's signed-rank test and a bootstrap interval of the ratio, over the pairs in which both sides reach the goal.
+runs, and runs that are equal in every measure count once: without noise, repeats are copies of one run. Success:
+McNemar's exact test (McNemar 1947; a map counts for the side that reaches the goal more often). Time: Wilcoxon's
+signed-rank test and a bootstrap interval of the ratio, over the pairs in which both sides reach the goal.
 """
 
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 from statistics import fmean
 from typing import NamedTuple
@@ -19,6 +20,12 @@ from evolution.files import Row
 from evolution.statistics import FEWEST_FOR_INTERVAL, bootstrap_interval
 
 BOOTSTRAP_SEED = 0
+NOT_MEASURED = frozenset({"configuration", "controller", "repeat", "seed", "controller_ms"})
+"""Columns in which a copy of a run may differ from it; ``controller_ms`` is wall-clock time."""
+COPIES = (
+    "{} of {} runs are equal in every measure to another run of their controller and map. They count once in "
+    "intervals and tests; with --noise runs differ."
+)
 
 
 class Trial(NamedTuple):
@@ -34,7 +41,7 @@ class PairedComparison:
     """The second side against the first.
 
     Args:
-        pairs: Pairs of runs.
+        pairs: Pairs of runs; in :func:`compare_rows` without copies of a pair.
         n: Units of the test of success: maps, or runs if there are fewer than five maps.
         wins: Units in which the second side reaches the goal more often.
         losses: Units in which the first side does.
@@ -67,10 +74,11 @@ def compare_paired(first: Sequence[Trial], second: Sequence[Trial], rng: np.rand
         rng: Samples the bootstrap.
     """
     pairs = list(zip(first, second, strict=True))
-    gains = units([(a.map, float(b.success) - float(a.success)) for a, b in pairs])
+    many = many_maps(a.map for a, _ in pairs)
+    gains = units([(a.map, float(b.success) - float(a.success)) for a, b in pairs], many)
     wins, losses = sum(gain > 0 for gain in gains), sum(gain < 0 for gain in gains)
     ratios = [(a.map, math.log(b.time / a.time)) for a, b in pairs if a.success and b.success]
-    logs = units(ratios)
+    logs = units(ratios, many)
     low, high = bootstrap_interval(logs, rng) if len(logs) >= FEWEST_FOR_INTERVAL else (math.nan, math.nan)
     return PairedComparison(
         pairs=len(pairs),
@@ -86,17 +94,23 @@ def compare_paired(first: Sequence[Trial], second: Sequence[Trial], rng: np.rand
     )
 
 
-def units(values: Sequence[tuple[str, float]]) -> list[float]:
-    """Return the mean of each map's values if there are at least five maps, else the values.
+def many_maps(names: Iterable[str]) -> bool:
+    """Whether runs on maps of these names are on at least five maps, which are then the units."""
+    return len({*names}) >= FEWEST_FOR_INTERVAL
+
+
+def units(values: Sequence[tuple[str, float]], many: bool) -> list[float]:
+    """Return the mean of each map's values if the units are maps, else the values.
 
     Args:
         values: Values with the names of their maps.
+        many: Whether :func:`many_maps` holds for all runs, those without a value included.
     """
+    if not many:
+        return [value for _, value in values]
     groups: dict[str, list[float]] = {}
     for name, value in values:
         groups.setdefault(name, []).append(value)
-    if len(groups) < FEWEST_FOR_INTERVAL:
-        return [value for _, value in values]
     return [fmean(group) for group in groups.values()]
 
 
@@ -123,13 +137,33 @@ def paired_rows(first: Sequence[Row], second: Sequence[Row]) -> list[tuple[Row, 
     return [(row, now[key]) for key, row in before.items() if key in now]
 
 
+def distinct_rows(rows: Sequence[Row]) -> list[Row]:
+    """Return the runs of one side without those that are equal to an earlier run in every measure."""
+    return list({_measures(row): row for row in reversed(rows)}.values())[::-1]
+
+
+def distinct_pairs(pairs: Sequence[tuple[Row, Row]]) -> list[tuple[Row, Row]]:
+    """Return pairs of runs without those of which both runs are equal to the runs of an earlier pair."""
+    return list({(_measures(a), _measures(b)): (a, b) for a, b in reversed(pairs)}.values())[::-1]
+
+
+def copies_in_words(rows: Sequence[Row]) -> list[str]:
+    """Return a sentence that says how many runs of a benchmark or comparison are copies; nothing if no run is."""
+    copies = len(rows) - len({(row.get("configuration"), row["controller"], _measures(row)) for row in rows})
+    return [COPIES.format(copies, len(rows))] if copies else []
+
+
+def _measures(row: Row) -> frozenset[tuple[str, object]]:
+    return frozenset((name, value) for name, value in row.items() if name not in NOT_MEASURED)
+
+
 def trial_of(row: Row) -> Trial:
     """Return a run of a benchmark as a trial."""
     return Trial(row["map"], row["outcome"] == "goal", row["time_s"])
 
 
 def compare_rows(first: Sequence[Row], second: Sequence[Row]) -> PairedComparison:
-    """Return the comparison of two sides of a benchmark; the bootstrap has a seed of its own."""
-    pairs = paired_rows(first, second)
+    """Return the comparison of two sides of a benchmark without copies; the bootstrap has a seed of its own."""
+    pairs = distinct_pairs(paired_rows(first, second))
     sides = [trial_of(a) for a, _ in pairs], [trial_of(b) for _, b in pairs]
     return compare_paired(*sides, np.random.default_rng(BOOTSTRAP_SEED))

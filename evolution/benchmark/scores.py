@@ -8,7 +8,14 @@ from statistics import fmean
 
 import numpy as np
 
-from evolution.benchmark.paired import BOOTSTRAP_SEED, paired_rows, units
+from evolution.benchmark.paired import (
+    BOOTSTRAP_SEED,
+    distinct_pairs,
+    distinct_rows,
+    many_maps,
+    paired_rows,
+    units,
+)
 from evolution.files import Row
 from evolution.statistics import FEWEST_FOR_INTERVAL, bootstrap_interval, wilson_interval
 
@@ -27,13 +34,14 @@ SHARES = {"success": "goal", "collision": "collision", "timeout": "timeout"}
 
 Values = Sequence[tuple[str, float]]
 """Values with the names of their maps."""
+RowPairs = Sequence[tuple[Row, Row]]
 
 
 def score_rows(rows: Sequence[Row], controllers: Sequence[str]) -> list[Row]:
     """Return a row per controller: its goals, shares of outcomes, and means of measures.
 
     Of every share and mean there are also the ends of its interval, ``NAME from`` and ``NAME to``: Wilson's for shares,
-    bootstrap for means, over maps where there are enough, else over runs; None for too few.
+    bootstrap for means. The units are those of :mod:`~evolution.benchmark.paired`; None for too few.
     """
     return [_score(name, [row for row in rows if row["controller"] == name]) for name in controllers]
 
@@ -49,45 +57,46 @@ def pair_rows(rows: Sequence[Row], controllers: Sequence[str]) -> list[Row]:
 
 def _score(name: str, rows: Sequence[Row]) -> Row:
     goals = [row for row in rows if row["outcome"] == "goal"]
+    distinct, many = len(distinct_rows(rows)), many_maps(row["map"] for row in rows)
     scored: Row = {"controller": name, "goals": len(goals), "runs": len(rows)}
     for column, outcome in SHARES.items():
         count = sum(row["outcome"] == outcome for row in rows)
-        low, high = wilson_interval(count, len(rows))
+        low, high = wilson_interval(count * distinct / len(rows), distinct)
         scored |= {column: count / len(rows), f"{column} from": low, f"{column} to": high}
     for chosen, columns in ((goals, OF_GOALS), (rows, OF_ALL)):
         for column, field in columns.items():
-            scored |= _mean(column, [(row["map"], row[field]) for row in chosen if row.get(field) is not None])
+            known = [row for row in chosen if row.get(field) is not None]
+            values, once = ([(row["map"], row[field]) for row in some] for some in (known, distinct_rows(known)))
+            scored |= _mean(column, values, once, many)
     return scored
 
 
 def _pair(rows: Sequence[Row], first: str, second: str) -> Row:
-    pairs = [
-        (before["map"], before, now)
-        for before, now in paired_rows(
-            *([row for row in rows if row["controller"] == name] for name in (first, second))
-        )
-    ]
-    gained = [(name, float(b["outcome"] == "goal") - float(a["outcome"] == "goal")) for name, a, b in pairs]
-    faster = [(name, a["time_s"] - b["time_s"]) for name, a, b in pairs if a["outcome"] == b["outcome"] == "goal"]
+    sides = ([row for row in rows if row["controller"] == name] for name in (first, second))
+    pairs = paired_rows(*sides)
+    once, many = distinct_pairs(pairs), many_maps(a["map"] for a, _ in pairs)
     return {
         "first": first,
         "second": second,
         "pairs": len(pairs),
-        **_mean("gained", gained),
-        "both": len(faster),
-        **_mean("faster s", faster),
+        **_mean("gained", _gained(pairs), _gained(once), many),
+        "both": len(_faster(pairs)),
+        **_mean("faster s", _faster(pairs), _faster(once), many),
     }
 
 
-def _mean(name: str, values: Values) -> Row:
-    """Return the mean of values with the ends of its interval."""
-    low, high = mean_interval(values)
+def _gained(pairs: RowPairs) -> Values:
+    return [(a["map"], float(b["outcome"] == "goal") - float(a["outcome"] == "goal")) for a, b in pairs]
+
+
+def _faster(pairs: RowPairs) -> Values:
+    return [(a["map"], a["time_s"] - b["time_s"]) for a, b in pairs if a["outcome"] == b["outcome"] == "goal"]
+
+
+def _mean(name: str, values: Values, once: Values, many: bool) -> Row:
+    """Return the mean of values, and the ends of its interval from the values without copies; None for too few."""
+    low, high = None, None
+    samples = units(once, many)
+    if len(samples) >= FEWEST_FOR_INTERVAL:
+        low, high = bootstrap_interval(samples, np.random.default_rng(BOOTSTRAP_SEED))
     return {name: fmean(value for _, value in values) if values else None, f"{name} from": low, f"{name} to": high}
-
-
-def mean_interval(values: Values) -> tuple[float | None, float | None]:
-    """Return the 95 % interval of the mean of values with their maps; None for too few."""
-    samples = units(values)
-    if len(samples) < FEWEST_FOR_INTERVAL:
-        return None, None
-    return bootstrap_interval(samples, np.random.default_rng(BOOTSTRAP_SEED))

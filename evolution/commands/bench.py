@@ -11,6 +11,7 @@ from evolution.benchmark import (
     MEASURES,
     BarnScore,
     Benchmark,
+    copies_in_words,
     correlation_with,
     official_lengths,
     read_rule,
@@ -161,7 +162,7 @@ def print_benchmark(result: Benchmark, form: str, notes: Sequence[str] = ()) -> 
     if len({row["map"] for row in result.rows}) > 1:
         print_table(table_of_scores(result.table("controllers")))
         print_table(table_of_pairs(result.table("pairs")))
-    for line in [*result.failures, *notes]:
+    for line in [*result.failures, *copies_in_words(result.rows), *notes]:
         console.print(line)
 
 

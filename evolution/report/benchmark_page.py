@@ -11,6 +11,7 @@ import yaml
 from evolution.benchmark import (
     Benchmark,
     benchmark_document,
+    copies_in_words,
     pair_rows,
     score_rows,
     table_of_pairs,
@@ -32,8 +33,8 @@ MOST_REPLAYS = 24
 
 INTERVALS = (
     "Intervals are 95 % intervals: Wilson intervals for shares of runs, bootstrap intervals for means and "
-    f"differences. The bootstrap resamples maps if there are {FEWEST_FOR_INTERVAL} or more, else runs; with fewer than "
-    f"{FEWEST_FOR_INTERVAL} runs there is no interval."
+    f"differences. The bootstrap resamples maps if the benchmark has {FEWEST_FOR_INTERVAL} or more, else runs; fewer "
+    f"than {FEWEST_FOR_INTERVAL} maps or runs give no interval. Runs that are equal in every measure count once."
 )
 REASONS = ("map", "controller", "repeat", "outcome", "reason")
 """Columns of the table of failed runs."""
@@ -84,7 +85,7 @@ def maps_and_runs(maps: int, repeats: int) -> str:
 
 
 def verdict_of_benchmark(rows: Sequence[Row], controllers: Sequence[str]) -> list[str]:
-    """Return success and time of each controller, then the difference of each pair, one sentence each.
+    """Return success and time of each controller, the difference of each pair, and the number of copies in sentences.
 
     Args:
         rows: The runs.
@@ -92,7 +93,7 @@ def verdict_of_benchmark(rows: Sequence[Row], controllers: Sequence[str]) -> lis
     """
     ordered = sorted(score_rows(rows, controllers), key=lambda row: (-row["success"], row["mean s"] or np.inf))
     pairs = [sentence for pair in pair_rows(rows, [row["controller"] for row in ordered]) for sentence in _faster(pair)]
-    return [_sentence(row) for row in ordered] + pairs
+    return [_sentence(row) for row in ordered] + pairs + copies_in_words(rows)
 
 
 def _sentence(row: Row) -> str:

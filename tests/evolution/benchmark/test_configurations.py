@@ -274,3 +274,29 @@ def test_the_largest_differences_are_given_for_every_side():
     rows = [run(label, "m0", "goal" if label != "d" else "timeout", 5.0) for label in "abcd"]
     (line,) = [line for line in verdict_of_comparison(ParameterComparison(tuple(rows), ())) if "largest" in line]
     assert line.endswith("m0 (a 1/1 in 5.0 s, b 1/1 in 5.0 s, c 1/1 in 5.0 s, d 0/1).")
+
+
+def test_a_controller_that_only_one_file_shares_is_compared_in_either_order():
+    one = tuple(run("one", "m", "goal", 5.0, name) for name in ("FollowPath", "Pursuit"))
+    two = (run("two", "m", "goal", 6.0, "FollowPath"),)
+    pairs = [ParameterComparison(rows, ()).pairs for rows in ((*one, *two), (*two, *one))]
+    assert [[(row["first"], row["second"]) for row in found] for found in pairs] == [
+        [("one.FollowPath", "two")],
+        [("two", "one.FollowPath")],
+    ]
+
+
+def test_copies_of_a_run_show_nothing():
+    """Without noise, eight repeats are one run: its difference is not shown to be more than luck."""
+    rows = tuple(
+        {**run(label, "m", "goal", time, repeat=repeat), "seed": repeat, "controller_ms": 0.1 * repeat}
+        for label, time in (("a", 5.0), ("b", 4.0))
+        for repeat in range(8)
+    )
+    found = ParameterComparison(rows, ())
+    (pair,) = found.pairs
+    assert (pair["pairs"], pair["n"], pair["both"], pair["p_time"], pair["ratio_low"]) == (1, 1, 1, 1.0, None)
+    assert verdict_of_comparison(found)[0] == "b against a: no difference is shown, neither in success nor in time."
+    assert any(line.startswith("14 of 16 runs are equal in every measure") for line in verdict_of_comparison(found))
+    varied = tuple({**row, "path_length_m": 5.0 + row["repeat"]} for row in rows)
+    assert ParameterComparison(varied, ()).pairs[0]["p_time"] == pytest.approx(2 / 2**8)

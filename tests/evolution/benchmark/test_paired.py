@@ -9,7 +9,7 @@ from hypothesis import strategies as st
 from scipy import stats
 
 from evolution.benchmark import Trial, compare_paired
-from evolution.benchmark.paired import mcnemar, units, wilcoxon
+from evolution.benchmark.paired import many_maps, mcnemar, units, wilcoxon
 
 RUNS = st.lists(
     st.tuples(st.integers(0, 7), st.booleans(), st.booleans(), st.floats(1.0, 60.0), st.floats(1.0, 60.0)),
@@ -48,8 +48,20 @@ def test_runs_on_one_map_of_many_count_once():
 
 
 def test_runs_are_the_units_of_few_maps():
-    assert units([("a", 1.0), ("a", 3.0), ("b", 5.0)]) == [1.0, 3.0, 5.0]
-    assert units([(name, 1.0) for name in "aabcde"]) == [1.0] * 5
+    assert not many_maps("aabcd")
+    assert units([("a", 1.0), ("a", 3.0), ("b", 5.0)], many=False) == [1.0, 3.0, 5.0]
+    assert many_maps("aabcde")
+    assert units([(name, 1.0) for name in "aabcde"], many=True) == [1.0] * 5
+
+
+def test_the_units_of_the_times_are_those_of_the_success():
+    """Both sides reach the goal on two of six maps: these are two units, not twenty."""
+    names = [f"m{number}" for number in range(6) for _ in range(10)]
+    first = [Trial(name, True, 10.0) for name in names]
+    second = [Trial(name, name < "m2", 11.0) for name in names]
+    found = compare_paired(first, second, rng())
+    assert (found.n, found.both, found.p_time) == (6, 20, 0.5)
+    assert math.isnan(found.ratio_low)
 
 
 def test_mcnemar_and_wilcoxon_are_those_of_scipy():

@@ -60,3 +60,25 @@ def test_a_benchmark_has_both_tables():
     result = Benchmark(tuple(runs("a", [1.0, 2.0]) + runs("b", [2.0, 4.0])))
     assert [row["mean s"] for row in result.table("controllers")] == [1.5, 3.0]
     assert [row["faster s"] for row in result.table("pairs")] == [-1.5]
+
+
+def test_copies_of_a_run_count_once_in_intervals():
+    rows = [{**row, "repeat": repeat, "seed": repeat} for row in runs("a", [5.0, 6.0]) for repeat in range(4)]
+    (score,) = score_rows(rows, ("a",))
+    assert (score["goals"], score["runs"], score["mean s"], score["mean s from"]) == (8, 8, 5.5, None)
+    assert (score["success from"], score["success to"]) == wilson_interval(2, 2)
+    both = rows + [{**row, "controller": "b", "time_s": 4.0} for row in rows]
+    (pair,) = pair_rows(both, ("a", "b"))
+    assert (pair["pairs"], pair["both"], pair["faster s"], pair["faster s from"]) == (8, 8, 1.5, None)
+
+
+def test_few_maps_at_the_goal_of_many_are_still_the_units():
+    """Runs on the two maps at the goal depend on each other, however many runs there are."""
+    rows = [row for name in range(6) for row in _runs_on(f"m{name}", "goal" if name < 2 else "timeout")]
+    (score,) = score_rows(rows, ("a",))
+    assert (score["goals"], score["mean s from"]) == (10, None)
+
+
+def _runs_on(name, outcome):
+    rows = runs("a", [5.0, 6.0, 7.0, 8.0, 9.0], outcome)
+    return [{**row, "map": name, "repeat": repeat} for repeat, row in enumerate(rows)]
