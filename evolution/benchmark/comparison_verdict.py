@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 
 from evolution.benchmark.configurations import ParameterComparison
-from evolution.files import Row
+from evolution.files import Row, counted
 from evolution.statistics import FEWEST_FOR_INTERVAL
 
 LEVEL = 0.05
@@ -48,13 +48,13 @@ def _most_goals(rows: Sequence[Row]) -> str:
     """Say which of the values of a sweep reach the goal most often."""
     most = max(row["success"] for row in rows)
     best = [row for row in rows if row["success"] == most]
-    counted = f"in {best[0]['goals']} of {best[0]['runs']} runs"
+    often = f"in {best[0]['goals']} of {counted(best[0]['runs'], 'run')}"
     if len(best) == 1:
-        return f"{best[0]['configuration']} reaches the goal most often, {counted}."
+        return f"{best[0]['configuration']} reaches the goal most often, {often}."
     if len(best) == len(rows):
-        return f"All values reach the goal equally often, {counted}."
+        return f"All values reach the goal equally often, {often}."
     named = " and ".join(row["configuration"] for row in best) if len(best) <= MOST_MAPS else f"{len(best)} values"
-    return f"{named} reach the goal most often, each {counted}."
+    return f"{named} reach the goal most often, each {often}."
 
 
 def _fastest(own: str, other: str, ratio: float) -> str:
@@ -81,11 +81,11 @@ def _of_pair(comparison: ParameterComparison, pair: Row) -> list[str]:
     a, b = pair["first"], pair["second"]
     goals = {name: sum(row["outcome"] == "goal" for row in comparison.sides[name]) for name in (a, b)}
     runs = {name: len(comparison.sides[name]) for name in (a, b)}
-    maps = len({row["map"] for row in comparison.sides[a]})
-    unit = "maps" if maps >= FEWEST_FOR_INTERVAL else "pairs of runs"
+    of_maps = len({row["map"] for row in comparison.sides[a]}) >= FEWEST_FOR_INTERVAL
+    units = counted(pair["n"], *(("map",) if of_maps else ("pair of runs", "pairs of runs")))
     success = (
-        f"{b} reaches the goal in {goals[b]} of {runs[b]} runs, {a} in {goals[a]} of {runs[a]}. {b} is better on "
-        f"{pair['wins']} of {pair['n']} {unit}, {a} on {pair['losses']} ({_p(pair['p_success_holm'])})."
+        f"{b} reaches the goal in {goals[b]} of {counted(runs[b], 'run')}, {a} in {goals[a]} of {runs[a]}. {b} is "
+        f"better on {pair['wins']} of {units}, {a} on {pair['losses']} ({_p(pair['p_success_holm'])})."
     )
     return [_headline(a, b, pair), success, *_time(a, b, pair)]
 
@@ -154,4 +154,4 @@ def _keys(rows: Sequence[Row]) -> list[str]:
         return ["The configurations differ in no key that MapBench reads."]
     more = f" and {len(rows) - MOST_KEYS} more" if len(rows) > MOST_KEYS else ""
     named = ", ".join(row["key"] for row in rows[:MOST_KEYS])
-    return [f"The configurations differ in {len(rows)} key{'s' * (len(rows) > 1)}: {named}{more}."]
+    return [f"The configurations differ in {counted(len(rows), 'key')}: {named}{more}."]

@@ -6,7 +6,7 @@ from collections.abc import Mapping, Sequence
 from typing import Any
 
 from evolution.driving import RunResult
-from evolution.files import Row
+from evolution.files import Row, counted
 from evolution.runs import LoadedRun, RecordedExperiment, Reevaluation, experiment_in, reevaluation_of
 
 FIELDS = ("outcome", "time_s", "path_length_m", "reason", "seed")
@@ -35,16 +35,13 @@ def reevaluation_sentence(reevaluation: Reevaluation, run: LoadedRun) -> str:
     fitness = sorted(one.fitness for one in reevaluation.trials)
     runs = [result for of_map in reevaluation.results for of_controller in of_map for result in of_controller]
     kept = sum(reevaluation.ranks_kept)
-    ranks = "" if None in reevaluation.scores else f"The maps keep their rank in {kept} of {_trials(len(fitness))}. "
+    trials = counted(len(fitness), "trial")
+    ranks = "" if None in reevaluation.scores else f"The maps keep their rank in {kept} of {trials}. "
     return (
-        f"As a map set: median fitness {reevaluation.fitness:.2f} in {_trials(len(fitness))} (between {fitness[0]:.2f} "
+        f"As a map set: median fitness {reevaluation.fitness:.2f} in {trials} (between {fitness[0]:.2f} "
         f"and {fitness[-1]:.2f}; reported by the search: {run.best_results['fitness']:.2f}). {ranks}"
-        f"{sum(result.success for result in runs)} of {len(runs)} runs reach the goal."
+        f"{sum(result.success for result in runs)} of {counted(len(runs), 'run')} reach the goal."
     )
-
-
-def _trials(count: int) -> str:
-    return f"{count} trial" + "s" * (count != 1)
 
 
 def _result(row: Mapping[str, Any]) -> RunResult:

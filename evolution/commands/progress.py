@@ -12,6 +12,7 @@ from rich.text import Text
 
 from evolution.commands.console import errors, note, notes, say
 from evolution.driving import Job, RunResult, is_compiled
+from evolution.files import counted
 from evolution.search import EvolveSettings
 from evolution.search import Progress as Generation
 from gym_mapbench.errors import visible
@@ -139,7 +140,7 @@ class WorkBar(Bar):
     def advance(self, job: Job, result: RunResult, left: int) -> None:
         """Show one finished run of a benchmark."""
         self.speed.runs += 1
-        self.tell(f"{self.speed.runs} of {self.speed.runs + left} runs done")
+        self.tell(f"{self.speed.runs} of {counted(self.speed.runs + left, 'run')} done")
         self.bar.update(self.task, total=self.speed.runs + left)
         state = f"{job.scenario.name} {job.controller.name}: {result.outcome}, {self.speed}"
         self.bar.update(self.task, advance=1, state=state)
@@ -166,7 +167,7 @@ class SearchBar(WorkBar):
         self._show(completed=self.asked if runs else row["evaluations"])
         replayed = " (replayed)" if generation.replayed else ""
         say(
-            f"generation {row['generation']}: {row['evaluations']} map sets, {self.asked} runs, "
+            f"generation {row['generation']}: {counted(row['evaluations'], 'map set')}, {counted(self.asked, 'run')}, "
             f"{100 * row['mean_success_rate']:.0f} % of the population's runs at the goal, "
             f"{best_in_words(row['best'])}, {generation.seconds:.1f} s{replayed}"
         )

@@ -21,7 +21,18 @@ from statistics import median
 from typing import Any
 
 from evolution.driving import RunResult
-from evolution.files import DirectoryKind, Document, Row, Table, Tabled, check, read_json, write_json, write_text
+from evolution.files import (
+    DirectoryKind,
+    Document,
+    Row,
+    Table,
+    Tabled,
+    check,
+    counted,
+    read_json,
+    write_json,
+    write_text,
+)
 from evolution.quality_diversity.elites import Elite, boundary_length
 from evolution.quality_diversity.grid import Axes
 from evolution.quality_diversity.search import AtlasSearch, GridFigures
@@ -145,7 +156,8 @@ class Atlas(Tabled):
 
 def _in_words(figures: GridFigures) -> str:
     share, score = 100 * figures.coverage, figures.qd_score
-    return f"{figures.cells} cells are filled ({share:.0f} % of all cells), with a QD score of {score:.1f}"
+    filled = counted(figures.cells, "cell is filled", "cells are filled")
+    return f"{filled} ({share:.0f} % of all cells), with a QD score of {score:.1f}"
 
 
 def load_atlas(path: Path) -> Atlas:

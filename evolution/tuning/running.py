@@ -10,7 +10,7 @@ from typing import Any
 
 from controllers.nav2_params.values import Value
 from evolution.driving import DEFAULT_RESOURCES, OnRun, Resources, preparation_of, run_job
-from evolution.files import Row, csv_of, make_directory, write_json, write_text
+from evolution.files import Row, counted, csv_of, make_directory, write_json, write_text
 from evolution.runs import exclusive_store
 from evolution.tuning.figures import write_figures
 from evolution.tuning.parameter_text import ParameterText
@@ -168,8 +168,8 @@ class _Outcome:
             return []
         earlier = sum(len(one.searched.trials) for one in self.rounds[:-1])
         return [
-            f"It was the last of {len(self.rounds)} rounds; those before made {earlier} trials. {len(self.evolved)} "
-            "maps that were evolved against the best values of a round are among the training maps."
+            f"It was the last of {len(self.rounds)} rounds; those before made {counted(earlier, 'trial')}. Among the "
+            f"training maps {counted(len(self.evolved), 'was', 'were')} evolved against the best values of a round."
         ]
 
     def _trial_row(self, trial: Trial) -> Row:

@@ -56,7 +56,8 @@ def test_equal_sides_are_not_told_apart():
 
 def test_one_pair_of_runs_is_singular():
     rows = tuple(run(label, "m", "goal", 5.0) for label in "ab")
-    _, _, time, *_ = verdict_of_comparison(ParameterComparison(rows, ()))
+    _, success, time, *_ = verdict_of_comparison(ParameterComparison(rows, ()))
+    assert success.startswith("b reaches the goal in 1 of 1 run, a in 1 of 1. b is better on 0 of 1 pair of runs, a on")
     assert time.startswith("In the one pair of runs in which both reach the goal, b takes 1.000 times as long as a")
 
 
@@ -247,9 +248,9 @@ def test_the_verdict_of_a_sweep_names_the_values_that_differ():
 @pytest.mark.parametrize(
     ("goals", "expected"),
     [
-        ("abc", "All values reach the goal equally often, in 1 of 1 runs."),
-        ("bc", "b and c reach the goal most often, each in 1 of 1 runs."),
-        ("c", "c reaches the goal most often, in 1 of 1 runs."),
+        ("abc", "All values reach the goal equally often, in 1 of 1 run."),
+        ("bc", "b and c reach the goal most often, each in 1 of 1 run."),
+        ("c", "c reaches the goal most often, in 1 of 1 run."),
     ],
 )
 def test_the_verdict_of_a_sweep_names_all_values_with_the_most_goals(goals, expected):

@@ -85,7 +85,7 @@ def test_runs_that_cannot_be_made_do_not_keep_the_others_from_the_page(folder, c
     assert code == 2
     assert "missing: hopeless, seed 0: judging.cluster_scale: cannot be calibrated" in out
     assert "Look at " in out
-    assert error.splitlines()[-1] == ("mapbench study: 1 runs failed (see missing, above); --resume repeats them")
+    assert error.splitlines()[-1] == ("mapbench study: 1 run failed (see missing, above); --resume repeats them")
     assert "hopeless, seed 0: judging.cluster_scale" in (folder / "two" / "report.html").read_text()
 
 

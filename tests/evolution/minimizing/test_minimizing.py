@@ -232,7 +232,7 @@ def test_a_damaged_result_is_refused_in_one_line(no_robot, tmp_path):
         load(tmp_path / "out")
     summary.write_text(before)
     maps.write_text(json.dumps({**document, "maps": document["maps"][:1]}))
-    with pytest.raises(RunError, match=r"maps.json: expected the original and the smallest map, got 1 maps"):
+    with pytest.raises(RunError, match=r"maps.json: expected the original and the smallest map, got 1 map$"):
         load(tmp_path / "out")
 
 

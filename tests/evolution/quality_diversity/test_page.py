@@ -41,6 +41,7 @@ def test_every_elite_has_a_cell_and_a_row(atlas, page):
         assert text.count(f'data-group="{one.scenario.name}"') == 1
     assert "mapbench atlas --out &#39;a b&#39;" in text
     assert f"{atlas.found.held_out.cells} cells are filled" in text
+    assert '"sample":"Medians of 3 held-out seeds. Replay: the first of them."' in text
     assert "https://" not in text.split("<script>")[0].replace("https://www.w3.org", "")
 
 

@@ -14,7 +14,7 @@ from evolution.results import kind_of, load
 from evolution.tuning import load_tuning, run_tuning, sampling
 from evolution.tuning.search import Searched, search
 from evolution.tuning.validation import Finalist, dominates, finalists_among, front_of
-from evolution.tuning.verdict import verdict_of
+from evolution.tuning.verdict import CostDifference, verdict_of
 from gym_mapbench.errors import ConfigError, RunError
 from tests.evolution.tuning import fakes
 
@@ -68,6 +68,15 @@ def test_the_units_of_the_comparison_are_maps_only_if_there_are_enough(done):
     for rows, unit in ((done.summary.test, "of 8 maps and"), (few, "of 4 pairs of runs and")):
         said = verdict_of(fakes.plan(), Searched([], [{}]), winner, rows)
         assert sum(unit in sentence for sentence in said) == 1
+
+
+def test_too_few_test_maps_tell_nothing():
+    assert CostDifference(-0.1234, None, None).in_words("time") == (
+        "the mean cost time changes by -0.12; it takes 5 test maps to tell whether the tuned values are better"
+    )
+    assert CostDifference(0.5, -0.2, 1.2).in_words("time") == (
+        "the tuned values are not shown to be better: the mean cost time changes by +0.50 (95 % interval -0.20 to 1.20)"
+    )
 
 
 def test_the_first_trial_has_the_own_values(done):
