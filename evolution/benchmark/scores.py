@@ -11,6 +11,7 @@ import numpy as np
 from evolution.benchmark.paired import BOOTSTRAP_SEED, paired_rows, units
 from evolution.files import Row
 from evolution.statistics import FEWEST_FOR_INTERVAL, bootstrap_interval, wilson_interval
+from gym_mapbench.metrics import WEIGHTED_BY_SUCCESS
 
 OF_GOALS = {
     "mean s": "time_s",
@@ -29,13 +30,14 @@ Values = Sequence[tuple[str, float]]
 """Values with the names of their maps."""
 
 
-def score_rows(rows: Sequence[Row], controllers: Sequence[str]) -> list[Row]:
-    """Return a row per controller: its goals, shares of outcomes, and means of measures.
+def score_rows(rows: Sequence[Row], controllers: Sequence[str], metrics: Sequence[str] = ()) -> list[Row]:
+    """Return a row per controller: its goals, shares of outcomes, and means of measures and of further metrics.
 
+    The mean of a further metric is that of the runs at the goal, or of all runs if it is weighted by success.
     Of every share and mean there are also the ends of its interval, ``NAME from`` and ``NAME to``: Wilson's for shares,
     bootstrap for means, over maps where there are enough, else over runs; None for too few.
     """
-    return [_score(name, [row for row in rows if row["controller"] == name]) for name in controllers]
+    return [_score(name, [row for row in rows if row["controller"] == name], metrics) for name in controllers]
 
 
 def pair_rows(rows: Sequence[Row], controllers: Sequence[str]) -> list[Row]:
@@ -47,14 +49,16 @@ def pair_rows(rows: Sequence[Row], controllers: Sequence[str]) -> list[Row]:
     return [_pair(rows, *names) for names in combinations(controllers, 2)]
 
 
-def _score(name: str, rows: Sequence[Row]) -> Row:
+def _score(name: str, rows: Sequence[Row], metrics: Sequence[str]) -> Row:
     goals = [row for row in rows if row["outcome"] == "goal"]
     scored: Row = {"controller": name, "goals": len(goals), "runs": len(rows)}
     for column, outcome in SHARES.items():
         count = sum(row["outcome"] == outcome for row in rows)
         low, high = wilson_interval(count, len(rows))
         scored |= {column: count / len(rows), f"{column} from": low, f"{column} to": high}
-    for chosen, columns in ((goals, OF_GOALS), (rows, OF_ALL)):
+    of_all = {metric: metric for metric in metrics if metric in WEIGHTED_BY_SUCCESS}
+    of_goals = {metric: metric for metric in metrics if metric not in of_all}
+    for chosen, columns in ((goals, OF_GOALS | of_goals), (rows, OF_ALL | of_all)):
         for column, field in columns.items():
             scored |= _mean(column, [(row["map"], row[field]) for row in chosen if row.get(field) is not None])
     return scored
