@@ -13,6 +13,7 @@ from rich.text import Text
 from evolution.commands.console import errors, note, notes, say
 from evolution.driving import Job, RunResult, is_compiled
 from evolution.files import counted
+from evolution.runs import GOOD_SET
 from evolution.search import EvolveSettings
 from evolution.search import Progress as Generation
 from gym_mapbench.errors import visible
@@ -60,7 +61,7 @@ class StateColumn(PlainColumn):
 def best_in_words(fitness: float) -> str:
     """Return the best fitness so far in words; a fitness above 0 is a sum of penalties."""
     if fitness > 0:
-        return "no set yet that all controllers solve and that has the pattern"
+        return f"no set yet {GOOD_SET}"
     return f"best fitness {fitness:.2f} (lower is better)"
 
 
