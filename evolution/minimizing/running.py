@@ -236,7 +236,8 @@ class _Search:
 
 def _document(scenario: Scenario, plan: JobPlan, verdict: Verdict, settings: MinimizeSettings) -> dict[str, Any]:
     return {
-        "map": scenario.digest,
+        "map": scenario.name,
+        "map_digest": scenario.digest,
         "controllers": {spec.name: spec.model_dump(mode="json", exclude={"name"}) for spec in plan.controllers},
         "seed": plan.root_seed,
         "keep": verdict.text,

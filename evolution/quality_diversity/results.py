@@ -115,11 +115,19 @@ class Atlas(Tabled):
         """Return the result in words."""
         found, moved = self.found, sum(one.moved for one in self.elites)
         return [
-            f"After {found.runs} runs, {_in_words(found.searched)}.",
-            f"After {found.held_out_runs} runs on held-out seeds, {_in_words(found.held_out)}.",
+            f"After {found.runs} of {counted(self.settings.runs, 'run')}, {_in_words(found.searched)}.",
+            *self._end(),
+            f"After {counted(found.held_out_runs, 'run')} on held-out seeds, {_in_words(found.held_out)}.",
             f"Maps that a controller failed on a held-out seed: {found.dropped}. Maps that came to a cell with a "
             f"better map: {found.displaced}. Maps in another cell than in the search: {moved}.",
         ]
+
+    def _end(self) -> list[str]:
+        """Say why runs are left; nothing if none is."""
+        left, most = self.settings.runs - self.found.runs, len(self.experiment.controllers) * self.settings.repeats
+        if left >= most:
+            return ["No further new map was found."]
+        return [f"Another map may need {most}, so it was not begun."] if left else []
 
     def write(self, path: Path) -> None:
         """Write everything but the page into its directory."""

@@ -19,7 +19,7 @@ from evolution.report.replays import ReplayedMap
 
 ABOUT = (
     "Each cell holds the simplest reliable map with these ratios of the controllers' times, at its place after the "
-    "re-evaluation on held-out seeds. Empty cells have no such map. Click on a cell for its replay."
+    "re-evaluation on held-out seeds. Empty cells have no such map."
 )
 SETS = (
     "The best set of the atlas' maps for each fitness, found exactly. Its value is on the held-out seeds that it is "
@@ -96,5 +96,6 @@ def _replayed(atlas: Atlas, elite: Elite) -> ReplayedMap:
     repeat = atlas.settings.repeats
     episodes = [drive(plan.job(elite.scenario, number, repeat)) for number in range(len(plan.controllers))]
     seeds = atlas.settings.held_out_seeds
-    sample = f"Medians of {seeds} held-out seeds. Replay: the first of them." if seeds > 1 else "1 held-out seed."
+    sample = f"Medians of {seeds} held-out seeds. Replay: the first of them."
+    sample = sample if seeds > 1 else "Times and replay: the held-out seed."
     return ReplayedMap(_title(atlas, elite), episodes, elite.scenario.name, sample)

@@ -141,8 +141,8 @@ def recorded(job):
     return Episode(job.scenario, job.controller.name, 0, "goal", "", 1.0, 0.1, np.array([[0.15, 0.15, 0, 0, 0]]), None)
 
 
-def minimise(path, keep="rpp fails", workers=1, on_run=None, resume=False, grid=GRID, **more):
-    scenario = Scenario(grid, Pose(0.15, 0.15), Pose(0.85, 0.15), "hand")
+def minimise(path, keep="rpp fails", workers=1, on_run=None, resume=False, grid=GRID, name="hand", **more):
+    scenario = Scenario(grid, Pose(0.15, 0.15), Pose(0.85, 0.15), name)
     plan = JobPlan(fake_runs.CONTROLLERS[2:], fake_runs.WORLD, 3)
     verdict = read_verdict(keep, plan.names)
     wanted = MinimizeSettings(seeds=2, held_out_seeds=3)
@@ -181,6 +181,12 @@ def test_a_part_that_a_cut_has_set_free_is_removed(no_robot, monkeypatch, tmp_pa
     (left,) = obstacles_of(minimise(tmp_path / "out", grid=grid).after.map)
     assert left[2:6, 3].all()
     assert left.sum() == 4
+
+
+def test_another_map_is_named_when_it_cannot_continue(no_robot, tmp_path):
+    minimise(tmp_path / "out")
+    with pytest.raises(ConfigError, match="map was hand when the minimization began, got office"):
+        minimise(tmp_path / "out", resume=True, name="office")
 
 
 def test_a_killed_minimisation_continues_with_the_same_bytes(no_robot, tmp_path):

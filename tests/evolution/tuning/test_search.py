@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 import shutil
+from dataclasses import replace
 
 import pytest
 import yaml
@@ -120,6 +121,12 @@ def test_a_continued_tuning_has_the_options_it_began_with(done, tmp_path):
     shutil.copytree(done.path, tmp_path / "copy")
     with pytest.raises(ConfigError, match=r"settings\.seed was 0 when the tuning began, got 1"):
         tune(tmp_path / "copy", fakes.plan(seed=1), resume=True)
+    for plan, message in (
+        (fakes.plan(7), "number of training maps was 8 when the tuning began, got 7"),
+        (replace(fakes.plan(), test=fakes.maps(8, 3)), "test map 1 was map_2_0 when the tuning began, got map_3_0"),
+    ):
+        with pytest.raises(ConfigError, match=message):
+            tune(tmp_path / "copy", plan, resume=True)
     with pytest.raises(ConfigError, match="already holds a tuning"):
         tune(tmp_path / "copy")
 
