@@ -36,8 +36,9 @@ def _of_sweep(comparison: ParameterComparison) -> list[str]:
     timed = [pair for pair in comparison.pairs if pair["time_ratio"] is not None]
     found = [_most_goals(rows)]
     if timed:
-        fast = min(timed, key=lambda pair: pair["time_ratio"])
-        found.append(_fastest(fast["first"], fast["second"], fast["time_ratio"]))
+        least = min(pair["time_ratio"] for pair in timed)
+        fastest = [pair["second"] for pair in timed if pair["time_ratio"] == least]
+        found.append(_fastest(timed[0]["first"], fastest, least))
     shown = [pair for pair in comparison.pairs if _differ(pair)]
     if not shown:
         found.append(f"No value is shown to differ from {rows[0]['configuration']}.")
@@ -53,15 +54,20 @@ def _most_goals(rows: Sequence[Row]) -> str:
         return f"{best[0]['configuration']} reaches the goal most often, {often}."
     if len(best) == len(rows):
         return f"All values reach the goal equally often, {often}."
-    named = " and ".join(row["configuration"] for row in best) if len(best) <= MOST_MAPS else f"{len(best)} values"
-    return f"{named} reach the goal most often, each {often}."
+    return f"{_listed([row['configuration'] for row in best])} reach the goal most often, each {often}."
 
 
-def _fastest(own: str, other: str, ratio: float) -> str:
-    """Say which of the values of a sweep has the shortest times, given the one with the least ratio to the own."""
+def _listed(names: Sequence[str]) -> str:
+    """Name some values of a sweep, or count them if they are many."""
+    return " and ".join(names) if len(names) <= MOST_MAPS else f"{len(names)} values"
+
+
+def _fastest(own: str, others: Sequence[str], ratio: float) -> str:
+    """Say which of the values of a sweep have the shortest times, given those with the least ratio to the own."""
     if ratio >= 1.0:
         return f"Where both reach the goal, no value takes less time than {own}."
-    return f"Where both reach the goal, {other} takes {ratio:.3f} times as long as {own}, the least of all values."
+    takes = f"{others[0]} takes" if len(others) == 1 else f"{_listed(others)} each take"
+    return f"Where both reach the goal, {takes} {ratio:.3f} times as long as {own}, the least of all values."
 
 
 def _differ(pair: Row) -> bool:

@@ -75,7 +75,8 @@ class LoadedRun(Tabled):
 
     def _best_title(self) -> str:
         fitness = self.best_results["fitness"]
-        return f"Best map set, fitness {fitness:.2f}" if fitness <= 0 else f"Best map set; no set yet {GOOD_SET}"
+        found = f", fitness {fitness:.2f}" if fitness <= 0 else f"; the search found no set {GOOD_SET}"
+        return f"Best map set{found}"
 
     def _best_rows(self) -> list[Row]:
         return [

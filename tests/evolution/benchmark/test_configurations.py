@@ -288,6 +288,9 @@ def test_times_of_a_sweep_are_compared_where_both_reach_the_goal():
     c = [run("c", name, "goal", 50.0 if name == "m5" else 4.0) for name in names]
     _, fast, *_ = verdict_of_comparison(ParameterComparison((*b, *c), (), against_first=True))
     assert fast == "Where both reach the goal, c takes 0.800 times as long as b, the least of all values."
+    d = [{**row, "configuration": "d"} for row in c]
+    _, fast, *_ = verdict_of_comparison(ParameterComparison((*b, *c, *d), (), against_first=True))
+    assert fast == "Where both reach the goal, c and d each take 0.800 times as long as b, the least of all values."
     _, fast, *_ = verdict_of_comparison(ParameterComparison((*c, *b), (), against_first=True))
     assert fast == "Where both reach the goal, no value takes less time than c."
 

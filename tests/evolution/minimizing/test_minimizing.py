@@ -137,6 +137,10 @@ def blocked_by_a_leg(job):
     return RunResult("collision" if job.scenario.map.occupancy[2:6, 3].all() else "goal", 5.0, 3.0, seed=job.seed)
 
 
+def fails(job):
+    return RunResult("timeout", 60.0, 0.0, seed=job.seed)
+
+
 def recorded(job):
     return Episode(job.scenario, job.controller.name, 0, "goal", "", 1.0, 0.1, np.array([[0.15, 0.15, 0, 0, 0]]), None)
 
@@ -170,6 +174,13 @@ def test_the_cause_is_left(no_robot, tmp_path):
     again = load(tmp_path / "out")
     assert again.sentences() == found.sentences()
     assert again.after.map == found.after.map
+
+
+def test_no_obstacle_may_be_needed(no_robot, monkeypatch, tmp_path):
+    monkeypatch.setattr("evolution.minimizing.running.run_job", fails)
+    first, _, last = minimise(tmp_path / "out").sentences()
+    assert first == "3 obstacles become 0, and the verdict 'rpp fails' still holds."
+    assert last == "The verdict needs no obstacle."
 
 
 def test_a_part_that_a_cut_has_set_free_is_removed(no_robot, monkeypatch, tmp_path):

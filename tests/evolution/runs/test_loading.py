@@ -27,7 +27,7 @@ def test_a_failed_run_does_not_hide_the_times_of_the_others(outcomes, shown):
     ("fitness", "title"),
     [
         (-2.944, "Best map set, fitness -2.94"),
-        (120.0, "Best map set; no set yet that all controllers solve and that has the pattern"),
+        (120.0, "Best map set; the search found no set that all controllers solve and that has the pattern"),
     ],
 )
 def test_penalties_are_no_fitness_in_the_title_of_the_best_map_set(fitness, title):
