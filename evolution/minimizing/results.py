@@ -72,14 +72,15 @@ class Minimized(Tabled):
         """Return the result in words."""
         before, after = self.table()
         sure = sum(self.held_after) == len(self.held_after)
+        trials = "trial" if len(self.held_after) == 1 else "trials"
         enough = "The obstacles that are left are enough for the verdict."
         if not after["obstacles"]:
             enough = "The verdict needs no obstacle."
         return [
             f"{counted(before['obstacles'], 'obstacle becomes', 'obstacles become')} {after['obstacles']}, and "
             f"the verdict '{self.keep}' still holds.",
-            f"On held-out seeds the verdict holds in {after['verdict on held-out seeds']} trials on the smallest map, "
-            f"and in {before['verdict on held-out seeds']} on the original map.",
+            f"On held-out seeds the verdict holds in {after['verdict on held-out seeds']} {trials} on the smallest "
+            f"map, and in {before['verdict on held-out seeds']} on the original map.",
             enough
             if sure
             else "The verdict depends on noise: repeat with more --seeds for a map on which it is certain.",

@@ -7,7 +7,7 @@ from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 from typing import Any
 
-from evolution.files import differences
+from evolution.files import counted, differences
 from evolution.runs import RecordedExperiment
 from evolution.search import FITNESSES, EvolveSettings, short_names
 from evolution.studies.analysis.results import StudyResults, StudyRun
@@ -56,7 +56,7 @@ class Judge:
         words = (
             f"What the {self.name} means: lower is better. A set gains up to {judging.pattern_weight:g} for maps whose "
             f"{pattern.wanted}; a failed run costs its share of {judging.base_cost:g} "
-            f"({judging.base_cost / drives:.1f} if {controllers} controllers drive {search.maps_per_set} maps once), a "
+            f"({judging.base_cost / drives:.1f} if {counted(controllers, 'controller drives', 'controllers drive')} {counted(search.maps_per_set, 'map')} once), a "
             f"timeout {judging.timeout_cost:g} more, so {judging.base_cost:g} to "
             f"{judging.base_cost + judging.timeout_cost * drives:g} is a set on which every run failed"
         )

@@ -63,7 +63,7 @@ def test_a_study_from_begin_to_page(folder, capsys):
     code, out, error = run(folder, capsys, "study {folder}/s --resume --workers 1 --runs 1")
     assert code == 0
     assert error == "re-running the best map set of 2 configurations for the replays\n"
-    assert "missing: ga: 1 of 2 searches were not begun (seeds 1)" in out
+    assert "missing: ga: 1 of 2 searches was not begun (seed 1)" in out
     assert "Gini fitness" in out
     assert re.search(r"100 % of the work done, \d+\.\d runs/s, 0 s left", out)
     with (folder / "s" / "tables" / "reevaluation.csv").open() as file:

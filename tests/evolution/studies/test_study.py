@@ -288,7 +288,7 @@ def test_a_part_can_be_run_first(tmp_path):
     study = small_study(configurations=TWO)
     part = run_study(study, tmp_path / "s", only=["ga"], runs=1)
     assert [(run.configuration.name, run.seed) for run in part.runs] == [("ga", 0)]
-    assert part.missing == ("ga: 1 of 2 searches were not begun (seeds 1)", "best: none of its 2 searches was begun")
+    assert part.missing == ("ga: 1 of 2 searches was not begun (seed 1)", "best: none of its 2 searches was begun")
     waiting = run_study(study, tmp_path / "s", resume=True, only=["best"])
     assert waiting.missing[0] == "best, seed 1: builds on ga, whose run 1 is not finished"
     assert (waiting.failed, len(waiting.runs)) == (1, 2)
