@@ -27,6 +27,7 @@ from evolution.benchmark import (
 )
 from evolution.benchmark import bench as run_all
 from evolution.driving import DEFAULT_RESOURCES, DriveSettings, JobPlan, OnRun, Resources, check_room, try_controllers
+from evolution.files import Row
 from evolution.inputs import (
     Controllers,
     Maps,
@@ -120,17 +121,17 @@ def bench(
     kept = None if out is None else begin_benchmark(Path(out), benchmark_document(scenarios, plan), resume=resume)
     with benchmark_evaluator(kept, resources, [plan]) as evaluator:
         result = run_all(scenarios, plan, evaluator, on_run)
-        result = replace(result, metrics=_shown(metrics, result))
+        result = replace(result, metrics=_shown(metrics, result.rows, result.metrics))
         result = result if run is None else replace(result, reevaluation=reevaluation_in(result.rows, run))
         if kept is not None:
             result.save(kept)
     return result
 
 
-def _shown(asked: Sequence[str], result: Benchmark) -> tuple[str, ...]:
-    """Return the metrics that are columns of the summary: those asked for that every run has, and the further ones."""
-    always = [name for name in asked if name in ALWAYS and any(name in row for row in result.rows)]
-    return tuple(dict.fromkeys([*always, *result.metrics]))
+def _shown(asked: Sequence[str], rows: Sequence[Row], further: Sequence[str]) -> tuple[str, ...]:
+    """Return the metrics that the tables show: those asked for that every run has, and the further ones."""
+    always = [name for name in asked if name in ALWAYS and any(name in row for row in rows)]
+    return tuple(dict.fromkeys([*always, *further]))
 
 
 def compare(
@@ -140,6 +141,7 @@ def compare(
     start: PoseLike | None = None,
     goal: PoseLike | None = None,
     against_first: bool = False,
+    metrics: Sequence[str] = (),
     out: str | Path | None = None,
     resume: bool = False,
     on_run: OnRun | None = None,
@@ -155,6 +157,7 @@ def compare(
         start: Start pose ``(x, y, yaw)`` in m and rad, instead of the one in the files.
         goal: The same for the goal.
         against_first: Whether to compare each configuration with the first only; else all pairs are compared.
+        metrics: Names of metrics that the tables show, besides the further metrics of the configurations.
         out: New directory for every result as it comes, and for ``bench.json`` and ``bench.csv`` at the end.
         resume: Whether to continue the comparison in ``out``; the results equal those without interruption.
         on_run: Called after each run with its job, its result, and the number of remaining runs.
@@ -183,6 +186,8 @@ def compare(
         rows = run_configurations(scenarios, configurations, evaluator, on_run)
     parameters = parameter_rows(configurations)
     result = ParameterComparison(rows, parameters, against_first, tuple(configurations), tuple(scenarios))
+    further = [name for one in configurations for name in one.plan.metrics]
+    result = replace(result, metrics=_shown(metrics, rows, further))
     if kept is not None:
         result.save(kept)
     return result

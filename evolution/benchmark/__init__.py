@@ -27,7 +27,7 @@ from evolution.benchmark.configurations import (
     configurations_document,
     run_configurations,
 )
-from evolution.benchmark.directory import BENCHMARK, begin_benchmark, benchmark_document
+from evolution.benchmark.directory import BENCHMARK, begin_benchmark, benchmark_document, map_options
 from evolution.benchmark.paired import PairedComparison, Trial, compare_paired, compare_rows, copies_in_words
 from evolution.benchmark.parameter_differences import parameter_rows
 from evolution.benchmark.parameter_sweep import SweptParameter, read_sweep, sweep, swept_controllers
@@ -71,6 +71,7 @@ __all__ = [
     "correlation_with",
     "differences_in_words",
     "load_barn",
+    "map_options",
     "official_lengths",
     "our_times",
     "pair_rows",

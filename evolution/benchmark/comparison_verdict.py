@@ -6,7 +6,7 @@ from collections.abc import Sequence
 
 from evolution.benchmark.configurations import ParameterComparison
 from evolution.benchmark.paired import copies_in_words
-from evolution.files import Row
+from evolution.files import Row, counted
 from evolution.statistics import FEWEST_FOR_INTERVAL
 
 LEVEL = 0.05
@@ -36,8 +36,9 @@ def _of_sweep(comparison: ParameterComparison) -> list[str]:
     timed = [pair for pair in comparison.pairs if pair["time_ratio"] is not None]
     found = [_most_goals(rows)]
     if timed:
-        fast = min(timed, key=lambda pair: pair["time_ratio"])
-        found.append(_fastest(fast["first"], fast["second"], fast["time_ratio"]))
+        least = min(pair["time_ratio"] for pair in timed)
+        fastest = [pair["second"] for pair in timed if pair["time_ratio"] == least]
+        found.append(_fastest(timed[0]["first"], fastest, least))
     shown = [pair for pair in comparison.pairs if _differ(pair)]
     if not shown:
         found.append(f"No value is shown to differ from {rows[0]['configuration']}.")
@@ -48,20 +49,25 @@ def _most_goals(rows: Sequence[Row]) -> str:
     """Say which of the values of a sweep reach the goal most often."""
     most = max(row["success"] for row in rows)
     best = [row for row in rows if row["success"] == most]
-    counted = f"in {best[0]['goals']} of {best[0]['runs']} runs"
+    often = f"in {best[0]['goals']} of {counted(best[0]['runs'], 'run')}"
     if len(best) == 1:
-        return f"{best[0]['configuration']} reaches the goal most often, {counted}."
+        return f"{best[0]['configuration']} reaches the goal most often, {often}."
     if len(best) == len(rows):
-        return f"All values reach the goal equally often, {counted}."
-    named = " and ".join(row["configuration"] for row in best) if len(best) <= MOST_MAPS else f"{len(best)} values"
-    return f"{named} reach the goal most often, each {counted}."
+        return f"All values reach the goal equally often, {often}."
+    return f"{_listed([row['configuration'] for row in best])} reach the goal most often, each {often}."
 
 
-def _fastest(own: str, other: str, ratio: float) -> str:
-    """Say which of the values of a sweep has the shortest times, given the one with the least ratio to the own."""
+def _listed(names: Sequence[str]) -> str:
+    """Name some values of a sweep, or count them if they are many."""
+    return " and ".join(names) if len(names) <= MOST_MAPS else f"{len(names)} values"
+
+
+def _fastest(own: str, others: Sequence[str], ratio: float) -> str:
+    """Say which of the values of a sweep have the shortest times, given those with the least ratio to the own."""
     if ratio >= 1.0:
         return f"Where both reach the goal, no value takes less time than {own}."
-    return f"Where both reach the goal, {other} takes {ratio:.3f} times as long as {own}, the least of all values."
+    takes = f"{others[0]} takes" if len(others) == 1 else f"{_listed(others)} each take"
+    return f"Where both reach the goal, {takes} {ratio:.3f} times as long as {own}, the least of all values."
 
 
 def _differ(pair: Row) -> bool:
@@ -81,11 +87,11 @@ def _of_pair(comparison: ParameterComparison, pair: Row) -> list[str]:
     a, b = pair["first"], pair["second"]
     goals = {name: sum(row["outcome"] == "goal" for row in comparison.sides[name]) for name in (a, b)}
     runs = {name: len(comparison.sides[name]) for name in (a, b)}
-    maps = len({row["map"] for row in comparison.sides[a]})
-    unit = "maps" if maps >= FEWEST_FOR_INTERVAL else "pairs of runs"
+    of_maps = len({row["map"] for row in comparison.sides[a]}) >= FEWEST_FOR_INTERVAL
+    units = counted(pair["n"], *(("map",) if of_maps else ("pair of runs", "pairs of runs")))
     success = (
-        f"{b} reaches the goal in {goals[b]} of {runs[b]} runs, {a} in {goals[a]} of {runs[a]}. {b} is better on "
-        f"{pair['wins']} of {pair['n']} {unit}, {a} on {pair['losses']} ({_p(pair['p_success_holm'])})."
+        f"{b} reaches the goal in {goals[b]} of {counted(runs[b], 'run')}, {a} in {goals[a]} of {runs[a]}. {b} is "
+        f"better on {pair['wins']} of {units}, {a} on {pair['losses']} ({_p(pair['p_success_holm'])})."
     )
     return [_headline(a, b, pair), success, *_time(a, b, pair)]
 
@@ -154,4 +160,4 @@ def _keys(rows: Sequence[Row]) -> list[str]:
         return ["The configurations differ in no key that MapBench reads."]
     more = f" and {len(rows) - MOST_KEYS} more" if len(rows) > MOST_KEYS else ""
     named = ", ".join(row["key"] for row in rows[:MOST_KEYS])
-    return [f"The configurations differ in {len(rows)} key{'s' * (len(rows) > 1)}: {named}{more}."]
+    return [f"The configurations differ in {counted(len(rows), 'key')}: {named}{more}."]

@@ -48,6 +48,7 @@ class ParameterComparison(BenchResult):
         against_first: Whether each configuration is compared with the first only; else all pairs are compared.
         configurations: The configurations; empty if the comparison was read from a file.
         scenarios: The maps; empty if the comparison was read from a file.
+        metrics: Further metrics, which the scores of each side have, too.
     """
 
     rows: tuple[Row, ...]
@@ -55,6 +56,7 @@ class ParameterComparison(BenchResult):
     against_first: bool = False
     configurations: tuple[Configuration, ...] = ()
     scenarios: tuple[Scenario, ...] = ()
+    metrics: tuple[str, ...] = ()
 
     @cached_property
     def sides(self) -> dict[str, list[Row]]:
@@ -127,7 +129,7 @@ class ParameterComparison(BenchResult):
         return json.dumps(document, indent=1, allow_nan=False) + "\n"
 
     def _scores(self) -> list[Row]:
-        scores = [score_rows(rows, [side])[0] for side, rows in self.sides.items()]
+        scores = [score_rows(rows, [side], self.metrics)[0] for side, rows in self.sides.items()]
         return [{"configuration": row["controller"], **row} for row in scores]
 
     def _compared(self) -> Iterable[tuple[str, str]]:

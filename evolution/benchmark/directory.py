@@ -60,15 +60,26 @@ def _options(document: Mapping[str, Any]) -> object:
     options = document["benchmark"]
     if not isinstance(options, dict):
         return options
-    maps = _named(options, "maps")
-    places = [entry.partition(" ") for entry in maps]
     lists = {f"list of {key}": ", ".join(sorted(_named(options, key))) for key in ("controllers", "configurations")}
     return {
-        "number of maps": len(maps),
-        **{f"map {number}": name for number, _, name in places},
-        **{f"digest of map {entry} with start and goal": digest for entry, digest in maps.items()},
+        **map_options(_named(options, "maps")),
         **lists,
         **{key: value for key, value in options.items() if key != "maps"},
+    }
+
+
+def map_options(maps: Mapping[str, Any], kind: str = "map") -> dict[str, Any]:
+    """Return the digests of maps by number and name as options that errors name: how many, which, and the digests.
+
+    Args:
+        maps: The digests by number and name, such as ``1 hall``.
+        kind: What a map is called.
+    """
+    places = [entry.partition(" ") for entry in maps]
+    return {
+        f"number of {kind}s": len(maps),
+        **{f"{kind} {number}": name for number, _, name in places},
+        **{f"digest of {kind} {entry} with start and goal": digest for entry, digest in maps.items()},
     }
 
 

@@ -6,8 +6,8 @@ from collections.abc import Mapping, Sequence
 from typing import Any
 
 from evolution.driving import RunResult
-from evolution.files import Row
-from evolution.runs import LoadedRun, RecordedExperiment, Reevaluation, experiment_in, reevaluation_of
+from evolution.files import Row, counted
+from evolution.runs import GOOD_SET, LoadedRun, RecordedExperiment, Reevaluation, experiment_in, reevaluation_of
 
 FIELDS = ("outcome", "time_s", "path_length_m", "reason", "seed")
 KEYS = frozenset({"map", "controller", "repeat", *FIELDS})
@@ -35,16 +35,24 @@ def reevaluation_sentence(reevaluation: Reevaluation, run: LoadedRun) -> str:
     fitness = sorted(one.fitness for one in reevaluation.trials)
     runs = [result for of_map in reevaluation.results for of_controller in of_map for result in of_controller]
     kept = sum(reevaluation.ranks_kept)
-    ranks = "" if None in reevaluation.scores else f"The maps keep their rank in {kept} of {_trials(len(fitness))}. "
+    trials = counted(len(fitness), "trial")
+    ranks = "" if None in reevaluation.scores else f"The maps keep their rank in {kept} of {trials}. "
     return (
-        f"As a map set: median fitness {reevaluation.fitness:.2f} in {_trials(len(fitness))} (between {fitness[0]:.2f} "
-        f"and {fitness[-1]:.2f}; reported by the search: {run.best_results['fitness']:.2f}). {ranks}"
-        f"{sum(result.success for result in runs)} of {len(runs)} runs reach the goal."
+        f"As a map set: {_judged(reevaluation.fitness, fitness, run.best_results['fitness'])}. {ranks}"
+        f"{sum(result.success for result in runs)} of {counted(len(runs), 'run')} reach the goal."
     )
 
 
-def _trials(count: int) -> str:
-    return f"{count} trial" + "s" * (count != 1)
+def _judged(median: float, fitness: Sequence[float], reported: float) -> str:
+    """Return the fitness of all trials and of the search in words; a fitness above 0 is a sum of penalties."""
+    trials = counted(len(fitness), "trial")
+    if median > 0:
+        searched = f"reported by the search: {reported:.2f}" if reported <= 0 else "the search found no such set"
+        good = sum(one <= 0 for one in fitness)
+        return f"all controllers solve it and it has the pattern in {good} of {trials} ({searched})"
+    searched = f"reported by the search: {reported:.2f}" if reported <= 0 else f"the search found no set {GOOD_SET}"
+    worst = f"{fitness[-1]:.2f}" if fitness[-1] <= 0 else "a sum of penalties"
+    return f"median fitness {median:.2f} in {trials} (between {fitness[0]:.2f} and {worst}; {searched})"
 
 
 def _result(row: Mapping[str, Any]) -> RunResult:

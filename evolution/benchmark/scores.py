@@ -18,6 +18,7 @@ from evolution.benchmark.paired import (
 )
 from evolution.files import Row
 from evolution.statistics import FEWEST_FOR_INTERVAL, bootstrap_interval, wilson_interval
+from gym_mapbench.metrics import WEIGHTED_BY_SUCCESS
 
 OF_GOALS = {
     "mean s": "time_s",
@@ -37,13 +38,14 @@ Values = Sequence[tuple[str, float]]
 RowPairs = Sequence[tuple[Row, Row]]
 
 
-def score_rows(rows: Sequence[Row], controllers: Sequence[str]) -> list[Row]:
-    """Return a row per controller: its goals, shares of outcomes, and means of measures.
+def score_rows(rows: Sequence[Row], controllers: Sequence[str], metrics: Sequence[str] = ()) -> list[Row]:
+    """Return a row per controller: its goals, shares of outcomes, and means of measures and of further metrics.
 
+    The mean of a further metric is that of the runs at the goal, or of all runs if it is weighted by success.
     Of every share and mean there are also the ends of its interval, ``NAME from`` and ``NAME to``: Wilson's for shares,
     bootstrap for means. The units are those of :mod:`~evolution.benchmark.paired`; None for too few.
     """
-    return [_score(name, [row for row in rows if row["controller"] == name]) for name in controllers]
+    return [_score(name, [row for row in rows if row["controller"] == name], metrics) for name in controllers]
 
 
 def pair_rows(rows: Sequence[Row], controllers: Sequence[str]) -> list[Row]:
@@ -55,7 +57,7 @@ def pair_rows(rows: Sequence[Row], controllers: Sequence[str]) -> list[Row]:
     return [_pair(rows, *names) for names in combinations(controllers, 2)]
 
 
-def _score(name: str, rows: Sequence[Row]) -> Row:
+def _score(name: str, rows: Sequence[Row], metrics: Sequence[str]) -> Row:
     goals = [row for row in rows if row["outcome"] == "goal"]
     distinct, many = len(distinct_rows(rows)), many_maps(row["map"] for row in rows)
     scored: Row = {"controller": name, "goals": len(goals), "runs": len(rows)}
@@ -63,7 +65,9 @@ def _score(name: str, rows: Sequence[Row]) -> Row:
         count = sum(row["outcome"] == outcome for row in rows)
         low, high = wilson_interval(count * distinct / len(rows), distinct)
         scored |= {column: count / len(rows), f"{column} from": low, f"{column} to": high}
-    for chosen, columns in ((goals, OF_GOALS), (rows, OF_ALL)):
+    of_all = {metric: metric for metric in metrics if metric in WEIGHTED_BY_SUCCESS}
+    of_goals = {metric: metric for metric in metrics if metric not in of_all}
+    for chosen, columns in ((goals, OF_GOALS | of_goals), (rows, OF_ALL | of_all)):
         for column, field in columns.items():
             known = [row for row in chosen if row.get(field) is not None]
             values, once = ([(row["map"], row[field]) for row in some] for some in (known, distinct_rows(known)))

@@ -15,14 +15,15 @@ LABELS = {"spl": "SPL", "ms": "ms a control step"}
 """Names of means for a reader, where they are not clear."""
 
 
-def table_of_scores(rows: Sequence[Row]) -> Table:
+def table_of_scores(rows: Sequence[Row], metrics: Sequence[str] = ()) -> Table:
     """Return a table with a line for every rate and mean, and a column for every controller.
 
     Args:
         rows: As :func:`~evolution.benchmark.scores.score_rows` returns them.
+        metrics: Further metrics that the rows have; each gets a line.
     """
     lines = [(f"{name} %", name, 100.0) for name in SHARES]
-    lines += [(LABELS.get(name, name), name, 1.0) for name in MEANS]
+    lines += [(LABELS.get(name, name), name, 1.0) for name in dict.fromkeys([*MEANS, *metrics])]
     return Table(
         [
             {"over all maps": label, **{row["controller"]: _with_interval(row, name, factor) for row in rows}}
@@ -44,6 +45,7 @@ def table_of_pairs(rows: Sequence[Row]) -> Table:
 def table_of_compared(comparison: ParameterComparison) -> Table:
     """Return a table with a line for every configuration; each value has its interval."""
     columns = {"success %": ("success", 100.0), "mean s": ("mean s", 1.0), "clearance m": ("clearance m", 1.0)}
+    columns |= {name: (name, 1.0) for name in comparison.metrics}
     return Table(
         [
             {

@@ -44,7 +44,7 @@ def add_parser(subparsers: argparse._SubParsersAction[argparse.ArgumentParser]) 
 def _add_atlas_options(group: argparse._ArgumentGroup) -> None:
     """Add :data:`SETTINGS`."""
     for name, kind, metavar, what in (
-        ("runs", options.positive, "N", "runs of controllers in the search"),
+        ("runs", options.positive, "N", "runs of controllers in the search, which begins no map that may need more"),
         ("cells", options.positive, "N", "cells along each axis"),
         (
             "largest-ratio",

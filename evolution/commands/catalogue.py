@@ -13,6 +13,7 @@ from controllers.nav2_params import PRESETS, plugins
 from controllers.nav2_params.presets import read_preset
 from controllers.registry import CONTROLLERS
 from evolution.driving import EXECUTORS
+from evolution.files import counted
 from evolution.report import SECTIONS
 from evolution.search import ALGORITHMS, FAILURES, FITNESSES, GENE_OPERATORS, OPERATORS, load_preset, preset_names
 from evolution.studies import load_definition, study_names
@@ -104,7 +105,7 @@ def _study(name: str) -> Mapping[str, Any]:
 
 
 def _space(name: str) -> str:
-    return f"{len(shipped_space(name).parameters)} parameters that a tuning changes"
+    return f"{counted(len(shipped_space(name).parameters), 'parameter')} that a tuning changes"
 
 
 def _heading(package: str, folder: str) -> Callable[[str], str]:

@@ -90,6 +90,7 @@ def run_comparison(args: argparse.Namespace) -> int:
             start=args.start,
             goal=args.goal,
             against_first=bool(args.sweep),
+            metrics=args.metric,
             out=args.out,
             resume=args.resume,
             on_run=bar.advance,
@@ -162,7 +163,7 @@ def _print(result: ParameterComparison, form: str) -> None:
         return
     _print_lines(verdict_of_comparison(result))
     if len(result.sides) <= MOST_COLUMNS:
-        print_table(table_of_scores(result.table()))
+        print_table(table_of_scores(result.table(), result.metrics))
         print_table(result.table("maps"))
     else:
         print_table(table_of_compared(result))

@@ -24,7 +24,7 @@ from evolution.driving import (
     compiled_kernels,
     drive,
 )
-from evolution.files import version_lines
+from evolution.files import counted, version_lines
 from evolution.search import DEFAULT_CONTROLLERS, controllers_from
 from gym_mapbench.env.config import EnvConfig
 from gym_mapbench.errors import ConfigError
@@ -62,7 +62,7 @@ def run(args: argparse.Namespace) -> int:
     if args.clear_kernels:
         print(clear_kernels())
         return 0
-    lines = [", ".join(version_lines()), f"{sys.platform}, {available_cores()} cores", *_kernels()]
+    lines = [", ".join(version_lines()), f"{sys.platform}, {counted(available_cores(), 'core')}", *_kernels()]
     print("\n".join(lines), flush=True)
     note("measuring the speed; kernels that are not compiled are compiled first")
     for line in (*_speed(), *_missing()):

@@ -25,6 +25,7 @@ from evolution.driving import (
     try_controllers,
     with_parameters,
 )
+from evolution.files import counted
 from evolution.runs import STORE, LoadedRun, experiment_in
 from evolution.search import DEFAULT_CONTROLLERS, controllers_from
 from gym_mapbench.env.config import EnvConfig
@@ -250,7 +251,7 @@ def note_errors(path: str | Path) -> None:
 def note_reasons(reasons: Sequence[str], runs: int, how_to_repeat: str) -> None:
     """Print how many of some runs ended in an error, the first of their reasons, and how to repeat them."""
     if reasons:
-        note(f"{len(reasons)} of {runs} runs ended in an error, the first because: {reasons[0]}")
+        note(f"{len(reasons)} of {counted(runs, 'run')} ended in an error, the first because: {reasons[0]}")
         note(how_to_repeat)
 
 

@@ -11,6 +11,7 @@ from evolution.commands import COMMON, driving_options, experiment_options, opti
 from evolution.commands.console import console, note, print_table
 from evolution.commands.experiment_options import configuration_in, experiment_from
 from evolution.commands.progress import SearchBar
+from evolution.files import counted
 from evolution.runs import (
     LoadedRun,
     RunDir,
@@ -187,4 +188,4 @@ def _print_early_end(loaded: LoadedRun) -> None:
     """Say that a search ended before its number of map sets, where no limit of runs is the reason."""
     done, wanted = len(loaded.individuals), loaded.config["search"]["evaluations"]
     if loaded.config["search"]["runs"] is None and done < wanted:
-        note(f"ended after {done} of {wanted} map sets, as no new one was found")
+        note(f"ended after {done} of {counted(wanted, 'map set')}, as no new one was found")

@@ -12,6 +12,7 @@ from evolution.commands import driving_options, options
 from evolution.commands.console import console
 from evolution.commands.parameter_file import read_parameter_file
 from evolution.driving import ControllerSpec, DriveSettings
+from evolution.files import counted
 from evolution.inputs import run_of
 from evolution.runs import experiment_in
 from evolution.search import DEFAULT_CONTROLLERS
@@ -61,7 +62,7 @@ def run(args: argparse.Namespace) -> int:
     else:
         FORMATS.get(args.format, others=(GAZEBO,))
         written = write_maps(_maps(args), args.out, args.format)
-    console.print(f"wrote {len(written)} files to {args.out}")
+    console.print(f"wrote {counted(len(written), 'file')} to {args.out}")
     return 0
 
 

@@ -11,6 +11,7 @@ from rich.table import Table
 from evolution.benchmark import Benchmark, Comparison, compare, our_times, times_of_results
 from evolution.commands import options
 from evolution.commands.console import console, print_json
+from evolution.files import counted
 from evolution.results import kind_of, load
 from evolution.runs import LoadedRun
 from gym_mapbench.errors import RunError
@@ -45,7 +46,8 @@ def run(args: argparse.Namespace) -> int:
     _print(comparison)
     if touched:
         console.print(
-            f"{touched} of their {len(results)} runs touched something; here contact ends a run with --contact ends"
+            f"{touched} of their {counted(len(results), 'run')} touched something; here contact ends a run with "
+            "--contact ends"
         )
     return 0
 

@@ -13,6 +13,7 @@ from evolution.commands import options
 from evolution.commands.console import console, print_json
 from evolution.commands.parameter_file import add_reading_options, read_parameter_file
 from evolution.commands.sampled_maps import add_draw
+from evolution.files import counted
 from gym_mapbench.errors import ConfigError
 from gym_mapbench.mapio import load_maps, load_scenarios
 from gym_mapbench.mapio.conversion import write_map_file
@@ -109,7 +110,7 @@ def run_info(args: argparse.Namespace) -> int:
         if not row["solvable"]:
             console.print(f"{scenario.name}: {_why_unsolvable(scenario, robot, row)}")
     if len(shown) < len(scenarios):
-        console.print(f"{len(shown)} of {len(scenarios)} tasks shown; --limit N shows more")
+        console.print(f"{len(shown)} of {counted(len(scenarios), 'task')} shown; --limit N shows more")
     return 0
 
 

@@ -12,7 +12,7 @@ from controllers.releases import RELEASES
 from evolution.commands import options
 from evolution.commands.console import console, note
 from evolution.commands.parameter_file import add_reading_options, read_parameter_file
-from evolution.files import write_text
+from evolution.files import counted, write_text
 from gym_mapbench.errors import ConfigError
 from gym_mapbench.world.robot import RobotSpec, make_robot
 
@@ -78,7 +78,8 @@ def _convert(args: argparse.Namespace) -> int:
 def _report(name: str, migration: Migration) -> None:
     """Print the changes, and the keys without a counterpart."""
     source, target = migration.source.capitalize(), migration.target.capitalize()
-    note(f"{name}: from Nav2 {source} to {target}: {len(migration.done)} changes, {len(migration.lost)} losses")
+    counts = f"{counted(len(migration.done), 'change')}, {counted(len(migration.lost), 'loss', 'losses')}"
+    note(f"{name}: from Nav2 {source} to {target}: {counts}")
     for line in migration.done:
         note(f"  {line}")
     for line in migration.lost:

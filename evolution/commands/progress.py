@@ -12,6 +12,8 @@ from rich.text import Text
 
 from evolution.commands.console import errors, note, notes, say
 from evolution.driving import Job, RunResult, is_compiled
+from evolution.files import counted
+from evolution.runs import GOOD_SET
 from evolution.search import EvolveSettings
 from evolution.search import Progress as Generation
 from gym_mapbench.errors import visible
@@ -59,7 +61,7 @@ class StateColumn(PlainColumn):
 def best_in_words(fitness: float) -> str:
     """Return the best fitness so far in words; a fitness above 0 is a sum of penalties."""
     if fitness > 0:
-        return "no set yet that all controllers solve and that has the pattern"
+        return f"no set yet {GOOD_SET}"
     return f"best fitness {fitness:.2f} (lower is better)"
 
 
@@ -139,7 +141,7 @@ class WorkBar(Bar):
     def advance(self, job: Job, result: RunResult, left: int) -> None:
         """Show one finished run of a benchmark."""
         self.speed.runs += 1
-        self.tell(f"{self.speed.runs} of {self.speed.runs + left} runs done")
+        self.tell(f"{self.speed.runs} of {counted(self.speed.runs + left, 'run')} done")
         self.bar.update(self.task, total=self.speed.runs + left)
         state = f"{job.scenario.name} {job.controller.name}: {result.outcome}, {self.speed}"
         self.bar.update(self.task, advance=1, state=state)
@@ -166,7 +168,7 @@ class SearchBar(WorkBar):
         self._show(completed=self.asked if runs else row["evaluations"])
         replayed = " (replayed)" if generation.replayed else ""
         say(
-            f"generation {row['generation']}: {row['evaluations']} map sets, {self.asked} runs, "
+            f"generation {row['generation']}: {counted(row['evaluations'], 'map set')}, {counted(self.asked, 'run')}, "
             f"{100 * row['mean_success_rate']:.0f} % of the population's runs at the goal, "
             f"{best_in_words(row['best'])}, {generation.seconds:.1f} s{replayed}"
         )

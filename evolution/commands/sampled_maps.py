@@ -10,7 +10,7 @@ import numpy as np
 
 from evolution.commands import options
 from evolution.commands.console import console
-from evolution.files import write_json
+from evolution.files import counted, write_json
 from gym_mapbench.env.config import EnvConfig
 from gym_mapbench.generator import draw_from
 from gym_mapbench.mapio.conversion import write_maps
@@ -54,5 +54,5 @@ def run_draw(args: argparse.Namespace) -> int:
     write_maps(group_scenarios(scenarios), out, args.format)
     write_json(out / GENES, genes)
     save_figure(maps_figure(scenarios), out / "maps", formats=("png",))
-    console.print(f"wrote {args.count} maps; look at {out / 'maps.png'}")
+    console.print(f"wrote {counted(args.count, 'map')}; look at {out / 'maps.png'}")
     return 0

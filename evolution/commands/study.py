@@ -11,7 +11,7 @@ from evolution.commands import driving_options, options
 from evolution.commands.console import console, note, print_table, say
 from evolution.commands.progress import Bar, RunsPerSecond, StateColumn, best_in_short, best_in_words
 from evolution.driving import Job, RunResult
-from evolution.files import Row, Table
+from evolution.files import Row, Table, counted
 from evolution.report import write_report
 from evolution.studies import (
     StudyAnalysis,
@@ -81,7 +81,7 @@ def _show_study(results: StudyResults) -> int:
     _print(analysis)
     console.print(f"Look at {page}, and at {results.path / 'tables'} and {results.path / 'figures'}.")
     if results.failed:
-        raise RunError(f"{results.failed} runs failed (see missing, above); --resume repeats them")
+        raise RunError(f"{counted(results.failed, 'run')} failed (see missing, above); --resume repeats them")
     return 0
 
 
@@ -141,7 +141,7 @@ class StudyBar(Bar):
         state = f"{job.scenario.name} {job.controller.name}: {result.outcome}, {self.speed}"
         self.bar.update(self.task, completed=self.speed.runs / whole, state=state)
         if left == 0 or self.speed.runs % RUNS_PER_LINE == 0:
-            say(f"{self.speed.runs} of {whole} runs done, {self.speed}")
+            say(f"{self.speed.runs} of {counted(whole, 'run')} done, {self.speed}")
 
 
 def duration(seconds: float) -> str:

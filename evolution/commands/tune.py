@@ -12,6 +12,7 @@ from evolution.commands.console import console, note, only_results_on_stdout, pr
 from evolution.commands.parameter_file import read_parameter_file
 from evolution.commands.progress import Bar, RunsPerSecond, StateColumn
 from evolution.driving import Job, ParameterFile, RunResult
+from evolution.files import counted
 from evolution.report import write_report
 from evolution.tuning import OBJECTIVES, AgainstSettings, Trial, TuneSettings, Tuning
 from gym_mapbench.errors import ConfigError
@@ -168,9 +169,9 @@ class TuneBar(Bar):
     def on_trial(self, trial: Trial, runs: int) -> None:
         """Show a finished trial."""
         cost = f"cost {trial.estimate[0]:.2f}" if trial.estimate else "values refused"
-        state = f"trial {trial.number}: {trial.state} after {len(trial.rows)} maps, {cost}"
+        state = f"trial {trial.number}: {trial.state} after {counted(len(trial.rows), 'map')}, {cost}"
         self.bar.update(self.task, advance=1, state=f"{state}, {self.speed}")
-        say(f"{state}; {runs} runs so far")
+        say(f"{state}; {counted(runs, 'run')} so far")
 
     def on_run(self, job: Job, result: RunResult, left: int) -> None:
         """Count one run."""

@@ -28,7 +28,7 @@ from llvmlite import binding
 
 import controllers
 import gym_mapbench
-from evolution.files import write_bytes
+from evolution.files import counted, write_bytes
 from gym_mapbench.errors import ConfigError, RunError
 from gym_mapbench.files.documents import parse_json
 
@@ -114,7 +114,7 @@ def export_kernels(path: Path) -> str:
         for module, file in found:
             _add(archive, f"{module}/{file.name}", file.read_bytes())
     write_bytes(path, packed.getvalue())
-    return f"wrote {len(found)} files of compiled kernels to {path} ({len(packed.getvalue()) / 1e6:.1f} MB)"
+    return f"wrote {counted(len(found), 'file')} of compiled kernels to {path} ({len(packed.getvalue()) / 1e6:.1f} MB)"
 
 
 def clear_kernels() -> str:
@@ -135,7 +135,7 @@ def clear_kernels() -> str:
         except OSError as error:
             raise RunError(f"{path}: could not be deleted ({error.strerror})") from error
     count = sum(path.suffix == ".nbi" for path in found)
-    return f"deleted {count} compiled kernels ({size / 1e6:.1f} MB in {len(found)} files)"
+    return f"deleted {counted(count, 'compiled kernel')} ({size / 1e6:.1f} MB in {counted(len(found), 'file')})"
 
 
 def import_kernels(path: Path) -> str:
@@ -155,7 +155,7 @@ def import_kernels(path: Path) -> str:
             raise ConfigError(f"{path}: expected kernels of this version, got a kernel of the module {module}")
         write_bytes(folders[module] / file, content)
         taken += 1
-    return f"took {taken} files of compiled kernels from {path}"
+    return f"took {counted(taken, 'file')} of compiled kernels from {path}"
 
 
 def import_shipped_kernels() -> bool:

@@ -27,7 +27,7 @@ from evolution.files.plain import (
     write_json,
     write_text,
 )
-from evolution.files.table import Table, Tabled, readable
+from evolution.files.table import Table, Tabled, counted, readable
 from evolution.files.temporary import temporary_directory
 from evolution.files.versions import PACKAGE_VERSION, software, version_lines, written_elsewhere
 
@@ -44,6 +44,7 @@ __all__ = [
     "append_line",
     "check",
     "check_rows",
+    "counted",
     "csv_of",
     "differences",
     "locked",

@@ -114,6 +114,17 @@ class Tabled(ABC):
         return self.table()._repr_html_()
 
 
+def counted(count: int, noun: str, plural: str = "") -> str:
+    """Return a number with its noun, which is in the plural unless the number is 1.
+
+    Args:
+        count: The number.
+        noun: The noun in the singular, such as ``held-out seed``.
+        plural: The noun in the plural; empty if it only gets an s.
+    """
+    return f"{count} {noun if count == 1 else plural or f'{noun}s'}"
+
+
 def readable(values: Sequence[Any]) -> list[str]:
     """Format the values of one column for a reader: numbers with the decimals that four digits of the largest take.
 

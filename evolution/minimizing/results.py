@@ -14,7 +14,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 from pathlib import Path
 
-from evolution.files import DirectoryKind, Document, Row, Table, Tabled, check, read_json
+from evolution.files import DirectoryKind, Document, Row, Table, Tabled, check, counted, read_json
 from evolution.minimizing.obstacles import obstacles_of
 from gym_mapbench.errors import RunError
 from gym_mapbench.mapio import load_map_set
@@ -72,11 +72,16 @@ class Minimized(Tabled):
         """Return the result in words."""
         before, after = self.table()
         sure = sum(self.held_after) == len(self.held_after)
+        trials = "trial" if len(self.held_after) == 1 else "trials"
+        enough = "The obstacles that are left are enough for the verdict."
+        if not after["obstacles"]:
+            enough = "The verdict needs no obstacle."
         return [
-            f"{before['obstacles']} obstacles become {after['obstacles']}, and the verdict '{self.keep}' still holds.",
-            f"On held-out seeds the verdict holds in {after['verdict on held-out seeds']} trials on the smallest map, "
-            f"and in {before['verdict on held-out seeds']} on the original map.",
-            "The obstacles that are left are enough for the verdict."
+            f"{counted(before['obstacles'], 'obstacle becomes', 'obstacles become')} {after['obstacles']}, and "
+            f"the verdict '{self.keep}' still holds.",
+            f"On held-out seeds the verdict holds in {after['verdict on held-out seeds']} {trials} on the smallest "
+            f"map, and in {before['verdict on held-out seeds']} on the original map.",
+            enough
             if sure
             else "The verdict depends on noise: repeat with more --seeds for a map on which it is certain.",
         ]
@@ -100,7 +105,7 @@ def load_minimized(path: Path) -> Minimized:
     check(MinimizedSummary, summary, path / SUMMARY)
     maps = load_map_set(path / MAPS)
     if len(maps) != 2:
-        raise RunError(f"{path / MAPS}: expected the original and the smallest map, got {len(maps)} maps")
+        raise RunError(f"{path / MAPS}: expected the original and the smallest map, got {counted(len(maps), 'map')}")
     before, after = maps
     held = tuple(summary["held_before"]), tuple(summary["held_after"])
     return Minimized(before, after, summary["keep"], *held, tuple(summary["steps"]))

@@ -19,7 +19,7 @@ from evolution.driving import (
     preparation_of,
     run_job,
 )
-from evolution.files import Row, write_json
+from evolution.files import Row, counted, write_json
 from evolution.minimizing.delta_debugging import BATCH, minimal
 from evolution.minimizing.obstacles import Cells, connected, farthest_first, halves, map_with, obstacles_of
 from evolution.minimizing.results import MAPS, MINIMIZATION, SUMMARY, Minimized
@@ -167,9 +167,9 @@ class _Search:
         held = sum(map(self.verdict.holds, trials))
         if held < len(trials):
             errors = [run.reason for trial in trials for run in trial.values() if run.outcome == "error"]
-            found = f"it holds on {held} of {len(trials)} seeds"
+            found = f"it holds on {held} of {counted(len(trials), 'seed')}"
             if errors:
-                found += f", and {len(errors)} runs ended in an error, the first because: {errors[0]}"
+                found += f", and {counted(len(errors), 'run')} ended in an error, the first because: {errors[0]}"
             raise ConfigError(f"--keep: expected a verdict that holds on {self.scenario.name}, but {found}")
 
     def reduce(self, paths: Sequence[Any]) -> Scenario:
@@ -230,13 +230,14 @@ class _Search:
     def _record(self, scenario: Scenario) -> None:
         count, cells = len(obstacles_of(scenario.map)), int(scenario.map.occupancy.sum())
         self.steps.append({"step": len(self.steps) + 1, "obstacles": count, "occupied_cells": cells})
-        self.on_step(f"{count} obstacles, {cells} occupied cells")
+        self.on_step(f"{counted(count, 'obstacle')}, {counted(cells, 'occupied cell')}")
         self.on_smaller(scenario)
 
 
 def _document(scenario: Scenario, plan: JobPlan, verdict: Verdict, settings: MinimizeSettings) -> dict[str, Any]:
     return {
-        "map": scenario.digest,
+        "map": scenario.name,
+        "map_digest": scenario.digest,
         "controllers": {spec.name: spec.model_dump(mode="json", exclude={"name"}) for spec in plan.controllers},
         "seed": plan.root_seed,
         "keep": verdict.text,

@@ -68,6 +68,8 @@ def _heat(figure: Figure, axes: Axes, rows: Rows, names: Sequence[str], column: 
         axes.annotate(
             f"{value:.3g}", (a, b), ha="center", va="bottom", fontsize=7, color="#ffffff", path_effects=_edge()
         )
+    if column == "success" and len(set(values)) == 1:  # else the bar would reach beyond 100 %
+        drawn.set_clim(0.0, factor)
     figure.colorbar(drawn, ax=axes)
     axes.set_xlabel(names[0])
     axes.set_ylabel(names[1])

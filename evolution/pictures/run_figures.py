@@ -8,6 +8,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from evolution.driving import drive
+from evolution.files import counted
 from evolution.pictures.map_figures import DrivenMap, map_set_figure
 from evolution.pictures.pareto_figure import pareto_figure
 from evolution.pictures.plots import convergence_figure, lorenz_figure, times_figure
@@ -69,7 +70,7 @@ def _convergence(run: LoadedRun) -> dict[str, tuple[list[float], list[float]]]:
     """Return the best fitness over the evaluations, without penalties, beside which nothing else could be seen."""
     shown = [row for row in run.generations if row["best"] <= 0] or run.generations
     left_out = len(run.generations) - len(shown)
-    name = f"best (without {left_out} generation{'s' * (left_out > 1)} of penalties)" if left_out else "best"
+    name = f"best (without {counted(left_out, 'generation')} of penalties)" if left_out else "best"
     return {name: ([row["evaluations"] for row in shown], [row["best"] for row in shown])}
 
 

@@ -9,6 +9,7 @@ from statistics import fmean
 import numpy as np
 
 from evolution.driving import Job, OnRun, RunResult, derive_seed
+from evolution.files import counted
 from evolution.minimizing import read_verdict, smallest_map
 from evolution.play.answers import gini_of, median_time
 from evolution.play.drives import Driven, Send
@@ -94,9 +95,11 @@ def why(driven: Driven, asked: AskWhy, track: Track, wanted: Callable[[], bool],
     paths = [np.array(driven.ways[job.key])[:, 1:3] for job in jobs if driven.ways.get(job.key)]
     try:
         smallest_map(driven.scenario, plan, verdict, driven.request.settings.repeats, runner, paths, offer)
-        text = f"{asked.verdict}: every obstacle that remains is needed ({runner.done} runs)."
+        text = f"{asked.verdict}: every obstacle that remains is needed ({counted(runner.done, 'run')})."
     except _SpentError:
-        text = f"{asked.verdict}: the smallest map after {runner.done} runs; some obstacles may not be needed."
+        text = (
+            f"{asked.verdict}: the smallest map after {counted(runner.done, 'run')}; some obstacles may not be needed."
+        )
     send(_offers(asked, runner.done, asked.runs, [_smaller(smallest, asked)], text))
 
 
@@ -208,7 +211,7 @@ def _smaller(scenario: Scenario, asked: AskWhy) -> Offer:
 
 def _found(asked: AskSearch, better: Sequence[_Tried], done: int) -> str:
     one, several = FOUND[asked.goal]
-    return f"After {done} runs: {len(better) or 'no'} {several if len(better) > 1 else one}."
+    return f"After {counted(done, 'run')}: {len(better) or 'no'} {several if len(better) > 1 else one}."
 
 
 def _offers(

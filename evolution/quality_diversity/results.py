@@ -21,7 +21,18 @@ from statistics import median
 from typing import Any
 
 from evolution.driving import RunResult
-from evolution.files import DirectoryKind, Document, Row, Table, Tabled, check, read_json, write_json, write_text
+from evolution.files import (
+    DirectoryKind,
+    Document,
+    Row,
+    Table,
+    Tabled,
+    check,
+    counted,
+    read_json,
+    write_json,
+    write_text,
+)
 from evolution.quality_diversity.elites import Elite, boundary_length
 from evolution.quality_diversity.grid import Axes
 from evolution.quality_diversity.search import AtlasSearch, GridFigures
@@ -104,11 +115,19 @@ class Atlas(Tabled):
         """Return the result in words."""
         found, moved = self.found, sum(one.moved for one in self.elites)
         return [
-            f"After {found.runs} runs, {_in_words(found.searched)}.",
-            f"After {found.held_out_runs} runs on held-out seeds, {_in_words(found.held_out)}.",
+            f"After {found.runs} of {counted(self.settings.runs, 'run')}, {_in_words(found.searched)}.",
+            *self._end(),
+            f"After {counted(found.held_out_runs, 'run')} on held-out seeds, {_in_words(found.held_out)}.",
             f"Maps that a controller failed on a held-out seed: {found.dropped}. Maps that came to a cell with a "
             f"better map: {found.displaced}. Maps in another cell than in the search: {moved}.",
         ]
+
+    def _end(self) -> list[str]:
+        """Say why runs are left; nothing if none is."""
+        left, most = self.settings.runs - self.found.runs, len(self.experiment.controllers) * self.settings.repeats
+        if left >= most:
+            return ["No further new map was found."]
+        return [f"Another map may need {most}, so it was not begun."] if left else []
 
     def write(self, path: Path) -> None:
         """Write everything but the page into its directory."""
@@ -145,7 +164,8 @@ class Atlas(Tabled):
 
 def _in_words(figures: GridFigures) -> str:
     share, score = 100 * figures.coverage, figures.qd_score
-    return f"{figures.cells} cells are filled ({share:.0f} % of all cells), with a QD score of {score:.1f}"
+    filled = counted(figures.cells, "cell is filled", "cells are filled")
+    return f"{filled} ({share:.0f} % of all cells), with a QD score of {score:.1f}"
 
 
 def load_atlas(path: Path) -> Atlas:

@@ -13,7 +13,7 @@ from typing import NamedTuple
 import numpy as np
 
 from evolution.driving import Evaluator, JobPlan, OnRun
-from evolution.files import Row
+from evolution.files import Row, counted
 from evolution.quality_diversity.elites import Elite, quality, quality_of
 from evolution.quality_diversity.grid import Axes, Cell, MapGrid
 from evolution.quality_diversity.settings import AtlasSettings
@@ -197,7 +197,9 @@ class _Search:
         """Add a row to the history, and report it."""
         figures = GridFigures.of(self.grid)
         self.history.append({"runs": self.archive.count, "maps": len(self.digests), **figures._asdict()})
-        self.on_step(f"{self.archive.count} of {self.settings.runs} runs, {figures.cells} cells filled")
+        self.on_step(
+            f"{self.archive.count} of {counted(self.settings.runs, 'run')}, {counted(figures.cells, 'cell')} filled"
+        )
 
     def _held_out(self, digests: Mapping[str, Cell]) -> dict[str, MapResults]:
         """Return the held-out results of those maps that all controllers solve on all held-out seeds."""

@@ -10,7 +10,7 @@ import numpy as np
 import yaml
 
 from evolution.driving import JobPlan, drive
-from evolution.files import write_text
+from evolution.files import counted, write_text
 from evolution.quality_diversity import ELITES, HISTORY, Atlas, Elite
 from evolution.report.benchmark_page import page_table
 from evolution.report.cell_grid import CellGrid, FilledCell
@@ -19,7 +19,7 @@ from evolution.report.replays import ReplayedMap
 
 ABOUT = (
     "Each cell holds the simplest reliable map with these ratios of the controllers' times, at its place after the "
-    "re-evaluation on held-out seeds. Empty cells have no such map. Click on a cell for its replay."
+    "re-evaluation on held-out seeds. Empty cells have no such map."
 )
 SETS = (
     "The best set of the atlas' maps for each fitness, found exactly. Its value is on the held-out seeds that it is "
@@ -40,7 +40,7 @@ def write_atlas_report(atlas: Atlas, page: Path, arguments: Sequence[str] = ()) 
     tables = [page_table(caption, atlas.table(name)) for caption, name in TABLES if len(atlas.table(name))]
     report = Report(
         title=f"Atlas: {' and '.join(atlas.axes.names)}",
-        subtitle=f"{', '.join(names)}; {atlas.found.runs} runs; seed {experiment.search.seed}",
+        subtitle=f"{', '.join(names)}; {counted(atlas.found.runs, 'run')}; seed {experiment.search.seed}",
         verdict=atlas.sentences(),
         command=command_of(arguments, "atlas"),
         configuration=yaml.safe_dump(
@@ -95,5 +95,7 @@ def _replayed(atlas: Atlas, elite: Elite) -> ReplayedMap:
     plan = JobPlan(experiment.controllers, experiment.run, experiment.search.seed)
     repeat = atlas.settings.repeats
     episodes = [drive(plan.job(elite.scenario, number, repeat)) for number in range(len(plan.controllers))]
-    sample = f"Medians of {atlas.settings.held_out_seeds} held-out seeds. Replay: the first of them."
+    seeds = atlas.settings.held_out_seeds
+    sample = f"Medians of {seeds} held-out seeds. Replay: the first of them."
+    sample = sample if seeds > 1 else "Times and replay: the held-out seed."
     return ReplayedMap(_title(atlas, elite), episodes, elite.scenario.name, sample)

@@ -18,7 +18,7 @@ from evolution.benchmark import (
     table_of_scores,
 )
 from evolution.driving import JobPlan, drive
-from evolution.files import Row, Table, write_text
+from evolution.files import Row, Table, counted, write_text
 from evolution.report.page import Report, Section, command_of, download, render_page
 from evolution.report.page import Table as PageTable
 from evolution.report.replays import ReplayedMap
@@ -79,9 +79,7 @@ def report_of_benchmark(result: Benchmark, plan: JobPlan, arguments: Sequence[st
 
 def maps_and_runs(maps: int, repeats: int) -> str:
     """Return the number of maps and of runs on each of them in words."""
-    counts = ((maps, "map"), (repeats, "run"))
-    words = ", ".join(f"{count} {noun}" if count == 1 else f"{count} {noun}s" for count, noun in counts)
-    return f"{words} of each controller on each"
+    return f"{counted(maps, 'map')}, {counted(repeats, 'run')} of each controller on each"
 
 
 def verdict_of_benchmark(rows: Sequence[Row], controllers: Sequence[str]) -> list[str]:
@@ -100,7 +98,7 @@ def _sentence(row: Row) -> str:
     """Return success and mean time of one controller in words."""
     low, high = (f"{100 * row[f'success {end}']:.0f}" for end in ("from", "to"))
     text = (
-        f"{row['controller']} reaches the goal in {row['goals']} of {row['runs']} runs "
+        f"{row['controller']} reaches the goal in {row['goals']} of {counted(row['runs'], 'run')} "
         f"({100 * row['success']:.0f} %, 95 % interval {low} to {high} %)"
     )
     if row["mean s"] is None:

@@ -61,6 +61,11 @@ class CellGrid:
     rows: Sequence[Sequence[FilledCell | None]]
 
     @property
+    def name(self) -> str:
+        """The name of the grid for a screen reader: the title and the measures."""
+        return f"{self.title}: {' and '.join(filter(None, [self.across[0], self.up[0]]))}"
+
+    @property
     def lines(self) -> list[tuple[str, Sequence[FilledCell | None]]]:
         """The rows from the top, each with its value."""
         values = self.up[1] or [""] * len(self.rows)

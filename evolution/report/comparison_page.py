@@ -66,7 +66,7 @@ def write_comparison_report(result: ParameterComparison, page: Path, arguments: 
 
 def _sections(result: ParameterComparison) -> list[Section]:
     swept = result.configurations[0].values is not None
-    scores = table_of_compared(result) if swept else table_of_scores(result.table())
+    scores = table_of_compared(result) if swept else table_of_scores(result.table(), result.metrics)
     tables = [page_table("Configurations", scores), page_table("Pairs", table_of_comparisons(result))]
     return [
         *([Section("Sweep", figures=[_figure(result)], id="sweep")] if swept else []),

@@ -8,7 +8,7 @@ from pathlib import Path
 import yaml
 
 from evolution.driving import JobPlan, drive
-from evolution.files import write_text
+from evolution.files import counted, write_text
 from evolution.minimizing import Minimized
 from evolution.report.benchmark_page import page_table
 from evolution.report.page import Report, Section, Table, command_of, render_page
@@ -27,7 +27,7 @@ def write_minimized_report(result: Minimized, plan: JobPlan, page: Path, argumen
     before, after = result.table()
     maps = [
         ReplayedMap(
-            f"{row['map']}: {row['obstacles']} obstacles",
+            f"{row['map']}: {counted(row['obstacles'], 'obstacle')}",
             [drive(plan.job(scenario, number, 0)) for number in range(len(plan.controllers))],
             sample=f"Verdict on held-out seeds: {row['verdict on held-out seeds']}. Replay: the first seed.",
         )

@@ -19,7 +19,7 @@ import numpy as np
 from markupsafe import Markup, escape
 from PIL import Image
 
-from evolution.files import readable
+from evolution.files import counted, readable
 from evolution.report.cell_grid import CellGrid
 from evolution.report.replays import ReplayedMap, replays_of
 from gym_mapbench.errors import ConfigError
@@ -123,7 +123,9 @@ class Section:
                 raise ConfigError(f"section {self.title!r}: expected a list of {kind.__name__}, got {part!r:.80}")
         for table in self.tables:
             if any(len(row) != len(table.columns) for row in table.rows):
-                raise ConfigError(f"table {table.caption!r}: expected {len(table.columns)} cells in every row")
+                raise ConfigError(
+                    f"table {table.caption!r}: expected {counted(len(table.columns), 'cell')} in every row"
+                )
 
     @property
     def is_empty(self) -> bool:

@@ -7,7 +7,7 @@ from typing import Any
 
 import yaml
 
-from evolution.files import written_elsewhere
+from evolution.files import counted, written_elsewhere
 from evolution.pictures import DrivenMap
 from evolution.report.page import Attachment, Report, download, render_page
 from evolution.report.replays import ReplayedMap
@@ -42,7 +42,7 @@ def report_of_run(
         title=f"Evolved maps: {run.path.name}",
         subtitle=(
             f"{' and '.join(_objectives(search['judging']))}, population {search['ga']['pop_size']}, "
-            f"{run.checkpoint['evaluations']} evaluations, seed {search['seed']}, "
+            f"{counted(run.checkpoint['evaluations'], 'evaluation')}, seed {search['seed']}, "
             f"controllers {', '.join(run.controllers)}"
         ),
         verdict=_verdict(run),
@@ -150,10 +150,10 @@ def _unfinished(run: LoadedRun) -> list[str]:
         return []
     search, done = (
         run.config["search"],
-        f"{run.checkpoint['evaluations']} of {run.config['search']['evaluations']} sets",
+        f"{run.checkpoint['evaluations']} of {counted(run.config['search']['evaluations'], 'set')}",
     )
     if search.get("runs"):
-        done = f"{len(run.runs)} of {search['runs']} runs"
+        done = f"{len(run.runs)} of {counted(search['runs'], 'run')}"
     return [f"The search has come to {done}; mapbench evolve --resume {run.path} finishes it."]
 
 

@@ -8,7 +8,7 @@ from collections.abc import Mapping, Sequence
 
 import yaml
 
-from evolution.files import Row, csv_of
+from evolution.files import Row, counted, csv_of
 from evolution.report.page import Attachment, Report, Section, Table, download, picture
 from evolution.report.replays import ReplayedMap
 from evolution.report.run_page import changed_replays, replayed_maps
@@ -147,9 +147,10 @@ def report_of_study(
     return Report(
         title=f"Study: {settings.name}",
         subtitle=(
-            f"{len(settings.configurations)} configurations x {settings.runs} searches, {settings.budget} map sets "
-            f"evaluated in each; controllers {', '.join(controllers) or 'unknown'}; {len(results.runs)} searches "
-            "finished"
+            f"{counted(len(settings.configurations), 'configuration')} x "
+            f"{counted(settings.runs, 'search', 'searches')}, {counted(settings.budget, 'map set')} evaluated in each; "
+            f"controllers {', '.join(controllers) or 'unknown'}; "
+            f"{counted(len(results.runs), 'search', 'searches')} finished"
         ),
         verdict=verdict_of(results, analysis),
         command=_command(results),
@@ -217,8 +218,9 @@ def _comparison_tables(comparison: Comparison) -> list[Table]:
     if ranking := comparison.ranking:
         columns = {"configuration": "configuration", "mean_rank": "mean rank"}
         note = (
-            f"Over {len(ranking.seeds)} seeds; rank 1 is best. Ranks less than {ranking.critical_difference:.2f} apart "
-            f"do not differ significantly (Nemenyi, 0.05).{_left_out(comparison)}"
+            f"Over {counted(len(ranking.seeds), 'seed')}; rank 1 is best. Ranks less than "
+            f"{ranking.critical_difference:.2f} apart do not differ significantly (Nemenyi, 0.05)."
+            f"{_left_out(comparison)}"
         )
         tables.append(table_of(f"Ranks: {title}", columns, rank_rows(comparison), note))
     return tables

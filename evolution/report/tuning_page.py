@@ -8,7 +8,7 @@ from typing import Any
 import yaml
 
 from controllers.nav2_params.yaml_edits import as_yaml
-from evolution.files import Row
+from evolution.files import Row, counted
 from evolution.report.benchmark_page import split_reasons
 from evolution.report.page import Attachment, Report, Section, Table, download, picture
 from evolution.report.replays import ReplayedMap
@@ -44,10 +44,10 @@ CAPTIONS = {
 def report_of_tuning(tuning: Tuning) -> Report:
     """Return the page of a finished tuning; the replays are re-run."""
     begun, summary = tuning.config["tuning"], tuning.summary
-    maps = f"{len(begun['train'])} training maps, {len(begun['test'])} test maps"
+    maps = f"{counted(len(begun['train']), 'training map')}, {counted(len(begun['test']), 'test map')}"
     return Report(
         title=f"Tuning of {summary.controller}",
-        subtitle=f"{maps}; {sum(summary.runs.values())} runs; seed {begun['settings']['seed']}",
+        subtitle=f"{maps}; {counted(sum(summary.runs.values()), 'run')}; seed {begun['settings']['seed']}",
         verdict=tuning.verdict,
         command=_command(summary.controller, begun["settings"]),
         configuration=yaml.safe_dump(begun, sort_keys=False),

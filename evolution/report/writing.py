@@ -10,7 +10,7 @@ from pathlib import Path
 from tempfile import TemporaryDirectory
 
 from evolution.benchmark import BENCHMARK
-from evolution.files import DirectoryKind, temporary_directory, write_text
+from evolution.files import DirectoryKind, counted, temporary_directory, write_text
 from evolution.minimizing import MINIMIZATION
 from evolution.pictures import FIGURES, FORMATS, drive_best, recorded_maps, write_run_figures
 from evolution.quality_diversity import ATLAS
@@ -140,7 +140,9 @@ def _study_report(request: _Request) -> Report:
     results = analysis.results
     elsewhere = replace(results, path=request.folder)
     write_tables(elsewhere, analysis)
-    request.on_step(f"re-running the best map set of {len(results.by_configuration)} configurations for the replays")
+    request.on_step(
+        f"re-running the best map set of {counted(len(results.by_configuration), 'configuration')} for the replays"
+    )
     best_sets = drive_best_sets(results)
     for line in refused_replays(best_sets):
         request.on_step(line)

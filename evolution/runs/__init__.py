@@ -16,6 +16,7 @@ from evolution.runs.map_summary import OUTLIER, ControllerTimes, MapSummary, sum
 from evolution.runs.recorded_experiment import RecordedExperiment
 from evolution.runs.reevaluation import Reevaluation, judge, reevaluation_of
 from evolution.runs.results import (
+    GOOD_SET,
     chosen_by,
     contact_sentence,
     errors_in,
@@ -31,6 +32,7 @@ from evolution.runs.results import (
 
 __all__ = [
     "CONFIG",
+    "GOOD_SET",
     "HELD_OUT",
     "OUTLIER",
     "RUN",

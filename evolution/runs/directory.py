@@ -22,6 +22,7 @@ from evolution.files import (
     append_line,
     check,
     check_rows,
+    counted,
     csv_of,
     make_directory,
     npz_of,
@@ -244,7 +245,7 @@ class RunDir:
         check_rows(model, rows, self.path / name)
         last = rows[-1]["generation"] if rows else 0
         if last < self.generation:
-            raise RunError(f"{self.path / name}: expected {self.generation} generations, got {last}")
+            raise RunError(f"{self.path / name}: expected {counted(self.generation, 'generation')}, got {last}")
         return rows
 
     def check_experiment(self, experiment: Experiment) -> None:

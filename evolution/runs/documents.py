@@ -9,7 +9,7 @@ from typing import Annotated, Any
 
 from pydantic import ConfigDict, Field, FiniteFloat
 
-from evolution.files import Document, Row, Versions, check
+from evolution.files import Document, Row, Versions, check, counted
 from evolution.search import FitnessName
 from gym_mapbench.errors import RunError
 from gym_mapbench.metrics.episode import Outcome
@@ -195,7 +195,7 @@ def check_driven(
     for digest in dict.fromkeys([*maps, *(row["map"] for row in rows)]):
         for name in controllers:
             if (came := driven[digest, name]) != repeats:
-                raise RunError(f"{path}: expected {repeats} runs of {name} on map {digest}, got {came}")
+                raise RunError(f"{path}: expected {counted(repeats, 'run')} of {name} on map {digest}, got {came}")
 
 
 def check_results(
@@ -215,7 +215,7 @@ def check_results(
     """
     check(MapSetResults, document, path)
     if len(document["maps"]) != maps:
-        raise RunError(f"{path}: expected results of {maps} maps, got {len(document['maps'])}")
+        raise RunError(f"{path}: expected results of {counted(maps, 'map')}, got {len(document['maps'])}")
     for entry in document["maps"]:
         for what in ("runs", "values"):
             if entry[what] is not None and set(entry[what]) != set(controllers):
@@ -223,4 +223,6 @@ def check_results(
                 raise RunError(f"{path}: {entry['name']}: {what}: expected {', '.join(controllers)}, got {came}")
         for name, runs in entry["runs"].items():
             if repeats is not None and len(runs) != repeats:
-                raise RunError(f"{path}: {entry['name']}: expected {repeats} runs of {name}, got {len(runs)}")
+                raise RunError(
+                    f"{path}: {entry['name']}: expected {counted(repeats, 'run')} of {name}, got {len(runs)}"
+                )

@@ -14,7 +14,7 @@ import numpy as np
 from numpy.typing import NDArray
 from pymoo.indicators.hv import HV
 
-from evolution.files import Row
+from evolution.files import Row, counted
 from evolution.search import FrontPoint
 
 Floats = NDArray[np.float64]
@@ -83,7 +83,7 @@ def front_sentence(front: Sequence[Row], individuals: Sequence[Row], names: Sequ
     goals, runs = (sum(row[name] for row in again) for name in ("goals", "runs"))
     return [
         f"{_remaining(len(front), len(again), sum(row['remains'] for row in again))} Their hypervolume is {after:.2f}, "
-        f"where the search reported {before:.2f}. {goals} of {runs} runs reach the goal."
+        f"where the search reported {before:.2f}. {goals} of {counted(runs, 'run')} reach the goal."
     ]
 
 

@@ -14,6 +14,7 @@ from evolution.files import Row, Table, Tabled, read_json, read_npz
 from evolution.runs.directory import BODIES, CONFIG, MAPS, RunDir, controllers_in
 from evolution.runs.front import front_sentence, objectives_in
 from evolution.runs.recorded_bodies import read_bodies
+from evolution.runs.results import GOOD_SET
 from evolution.search import Experiment, MapResults, experiment_of
 from gym_mapbench.errors import RunError, refuse_unknown
 from gym_mapbench.generator import ShapeSettings, default_task
@@ -70,8 +71,12 @@ class LoadedRun(Tabled):
         tables = {"best": self._best_rows(), "generations": self.generations, "individuals": self.individuals}
         tables |= {"runs": self.runs, "front": self.front}
         refuse_unknown("table", name or "best", tables)
-        title = f"Best map set, fitness {self.best_results['fitness']:.2f}" if name in ("", "best") else ""
-        return Table(tables[name or "best"], title)
+        return Table(tables[name or "best"], self._best_title() if name in ("", "best") else "")
+
+    def _best_title(self) -> str:
+        fitness = self.best_results["fitness"]
+        found = f", fitness {fitness:.2f}" if fitness <= 0 else f"; the search found no set {GOOD_SET}"
+        return f"Best map set{found}"
 
     def _best_rows(self) -> list[Row]:
         return [

@@ -10,12 +10,14 @@ from typing import Any
 import numpy as np
 
 from evolution.driving import TIME, RunResult
-from evolution.files import Row
+from evolution.files import Row, counted
 from evolution.runs.map_summary import summary_of_map
 from evolution.search import Evaluation, MapResults, ValidationResult, result_fields
 from evolution.statistics import wilson_interval
 from gym_mapbench.world.scenario import MapSet
 
+GOOD_SET = "that all controllers solve and that has the pattern"
+"""What a map set of a fitness of at most 0 is; a fitness above 0 is a sum of penalties."""
 BEGIN_ALIKE = ("gini", "cluster")
 """Fitnesses for sets whose first map makes all controllers alike."""
 
@@ -97,9 +99,9 @@ def validation_sentence(results: Mapping[str, Any], search: Mapping[str, Any]) -
         return ["No set is validated." if results["success_rate"] == 1.0 else "No set was solved by all controllers."]
     (low, high), (least, most) = found["interval"], found["goals_interval"]
     return [
-        f"Held-out fitness {found['fitness']:.2f} ({found['seeds']} seeds; 95 % of trials between {low:.2f} and "
-        f"{high:.2f}). The maps keep their rank in {100 * found['order_kept']:.0f} % of trials. {found['goals']} of "
-        f"{found['runs']} runs reach the goal ({100 * least:.0f} to {100 * most:.0f} %)."
+        f"Held-out fitness {found['fitness']:.2f} ({counted(found['seeds'], 'seed')}; 95 % of trials between {low:.2f} "
+        f"and {high:.2f}). The maps keep their rank in {100 * found['order_kept']:.0f} % of trials. "
+        f"{found['goals']} of {counted(found['runs'], 'run')} reach the goal ({100 * least:.0f} to {100 * most:.0f} %)."
     ]
 
 
@@ -127,7 +129,7 @@ def contact_sentence(runs: Sequence[Row]) -> list[str]:
         return []
     touched = sum(count > 0 for count in counts)
     low, high = wilson_interval(touched, len(counts))
-    return [f"{touched} of {len(counts)} runs touch a wall or body ({100 * low:.1f} to {100 * high:.1f} %)."]
+    return [f"{touched} of {counted(len(counts), 'run')} touch a wall or body ({100 * low:.1f} to {100 * high:.1f} %)."]
 
 
 def failing_controller_sentence(results: Mapping[str, Any], runs: Sequence[Row]) -> list[str]:
@@ -146,7 +148,7 @@ def failing_controller_sentence(results: Mapping[str, Any], runs: Sequence[Row])
     failed = [row for row in runs if row["controller"] == name and row["outcome"] != "goal"]
     reasons = Counter((row.get("reason") or row["outcome"]).split(";")[0] for row in failed)
     return [
-        f"{name} reaches the goal in {sum(goals)} of {len(goals)} runs. Its most frequent failure: "
+        f"{name} reaches the goal in {sum(goals)} of {counted(len(goals), 'run')}. Its most frequent failure: "
         f"{reasons.most_common(1)[0][0]}."
     ]
 
@@ -211,6 +213,6 @@ def errors_in(results: Sequence[MapResults], controllers: Sequence[str], when: s
         return []
     name, first = failed[0]
     return [
-        f"{len(failed)} of {len(runs)} runs on the best set {when} ended in an error, the first of {name}: "
+        f"{len(failed)} of {counted(len(runs), 'run')} on the best set {when} ended in an error, the first of {name}: "
         f"{first.reason or 'no reason given'}"
     ]

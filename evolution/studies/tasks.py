@@ -10,6 +10,7 @@ from typing import Any
 
 from controllers.nav2_params.presets import overlay
 from evolution.driving import try_controllers
+from evolution.files import counted
 from evolution.runs import RunDir, driven_maps, experiment_in, load_run
 from evolution.search import FITNESSES, MAX_MAPS, Experiment, calibrate_scale, check_several, experiment_of
 from evolution.studies.directory import StudyDir
@@ -155,7 +156,8 @@ def _need_finished(configuration: Configuration, directory: StudyDir, seeds: Seq
     for name in configuration.needs:
         missing = [seed for seed in seeds if not directory.is_finished(name, seed)]
         if missing:
-            raise RunError(f"builds on {name}, of which {len(missing)} of {len(seeds)} runs are not finished")
+            which = f"{len(missing)} of {counted(len(seeds), 'run')}"
+            raise RunError(f"builds on {name}, which has not finished {which}")
 
 
 def _taken(configuration: Configuration, directory: StudyDir, seeds: Sequence[int]) -> dict[str, Any]:

@@ -15,7 +15,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from controllers.model_files import model_data
-from evolution.files import read_arrays, write_arrays
+from evolution.files import counted, read_arrays, write_arrays
 from evolution.training.algorithms import make_model
 from evolution.training.settings import TrainSettings
 from gym_mapbench.errors import ConfigError, RunError
@@ -115,11 +115,14 @@ def load_experience(model: Any, path: Path) -> None:
     Raises:
         RunError: If the file is damaged or of another training.
     """
-    buffer, lost = model.replay_buffer, f"{path}: expected the experience of {model.num_timesteps} steps, got none"
+    buffer, lost = (
+        model.replay_buffer,
+        f"{path}: expected the experience of {counted(model.num_timesteps, 'step')}, got none",
+    )
     if path.is_file():
         arrays = read_arrays(path, SLACK + sum(array.nbytes for array in _arrays(buffer).values()))
         steps = int(_fitting(arrays, "steps", (), path))
-        lost = f"{path}: expected the experience of {model.num_timesteps} steps, got that of {steps}"
+        lost = f"{path}: expected the experience of {counted(model.num_timesteps, 'step')}, got that of {steps}"
         if steps == model.num_timesteps:
             _fill(buffer, arrays, path)
             lost = ""

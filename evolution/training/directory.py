@@ -16,6 +16,7 @@ from evolution.files import (
     Tabled,
     check,
     check_rows,
+    counted,
     csv_of,
     make_directory,
     read_csv,
@@ -209,7 +210,7 @@ class TrainingDir:
         scenarios = [*_scenarios(path)] if path.is_file() else []
         wanted = self.config.get(COUNT_OF[name], len(scenarios))
         if len(scenarios) != wanted:
-            what = f"expected the {wanted} maps that the training was begun with, got {len(scenarios)}"
+            what = f"expected the {counted(wanted, 'map')} that the training was begun with, got {len(scenarios)}"
             raise RunError(f"{path}: {what}; begin it again in another directory")
         return scenarios
 

@@ -2,15 +2,15 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
-from operator import itemgetter
 from pathlib import Path
 from typing import Any
 
 from controllers.nav2_params.values import Value
+from evolution.benchmark import map_options
 from evolution.driving import DEFAULT_RESOURCES, OnRun, Resources, preparation_of, run_job
-from evolution.files import Row, csv_of, make_directory, write_json, write_text
+from evolution.files import Row, counted, csv_of, make_directory, write_json, write_text
 from evolution.runs import exclusive_store
 from evolution.tuning.figures import write_figures
 from evolution.tuning.parameter_text import ParameterText
@@ -34,6 +34,9 @@ from evolution.tuning.verdict import verdict_of
 from gym_mapbench.mapio import group_scenarios
 from gym_mapbench.mapio.map_set_file import write_map_set
 from gym_mapbench.world.scenario import Scenario
+
+MAPS_OF = {"train": "training map", "test": "test map"}
+"""Keys of a tuning that hold maps, and what one of them is called."""
 
 
 def run_tuning(
@@ -64,7 +67,7 @@ def run_tuning(
     """
     text.with_values(plan.own)
     plan.check_ways()
-    TUNING.begin_or_resume(path, {"tuning": plan.document()}, itemgetter("tuning"), resume=resume)
+    TUNING.begin_or_resume(path, {"tuning": plan.document()}, _options, resume=resume)
     own = plan.jobs_with(None)
     with (
         exclusive_store(TUNING, path, resources.wait_s) as store,
@@ -168,8 +171,8 @@ class _Outcome:
             return []
         earlier = sum(len(one.searched.trials) for one in self.rounds[:-1])
         return [
-            f"It was the last of {len(self.rounds)} rounds; those before made {earlier} trials. {len(self.evolved)} "
-            "maps that were evolved against the best values of a round are among the training maps."
+            f"It was the last of {len(self.rounds)} rounds; those before made {counted(earlier, 'trial')}. Among the "
+            f"training maps {counted(len(self.evolved), 'was', 'were')} evolved against the best values of a round."
         ]
 
     def _trial_row(self, trial: Trial) -> Row:
@@ -186,6 +189,17 @@ class _Outcome:
 
     def _cost_names(self) -> Sequence[str]:
         return [f"cost {name}" for name in self.plan.settings.objectives]
+
+
+def _options(document: Mapping[str, Any]) -> object:
+    """Return the options of a document, as errors name them: maps by name."""
+    options = document["tuning"]
+    if not isinstance(options, dict) or not all(isinstance(options.get(key), dict) for key in MAPS_OF):
+        return options
+    found = {key: value for key, value in options.items() if key not in MAPS_OF}
+    for key, kind in MAPS_OF.items():
+        found |= map_options(options[key], kind)
+    return found
 
 
 def _write(outcome: _Outcome, text: ParameterText, path: Path) -> None:

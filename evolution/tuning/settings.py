@@ -6,6 +6,7 @@ from typing import Annotated, ClassVar, Literal, Self
 
 from pydantic import Field, model_validator
 
+from evolution.files import counted
 from evolution.tuning.objectives import OBJECTIVES, read_requirement
 from gym_mapbench.errors import ConfigError, refuse_unknown
 from gym_mapbench.generator import FamilySpecs
@@ -74,7 +75,7 @@ class TuneSettings(ExtendedSettings):
             raise ConfigError("objectives: expected different names, got one twice")
         if self.against and self.trials < self.against.rounds:
             raise ConfigError(
-                f"trials: expected one or more for each of {self.against.rounds} rounds, got {self.trials}"
+                f"trials: expected one or more for each of {counted(self.against.rounds, 'round')}, got {self.trials}"
             )
         for text in self.requirements:
             read_requirement(text)

@@ -11,7 +11,7 @@ import numpy as np
 
 from controllers.nav2_params.values import Value
 from evolution.benchmark import compare_rows
-from evolution.files import Row
+from evolution.files import Row, counted
 from evolution.statistics import FEWEST_FOR_INTERVAL, bootstrap_interval
 from evolution.tuning.plan import TuningPlan
 from evolution.tuning.search import Searched, Trial
@@ -36,14 +36,14 @@ class CostDifference:
     low: float | None
     high: float | None
 
-    @property
-    def in_words(self) -> str:
-        """Whether the tuned values are better, in words."""
+    def in_words(self, cost: str) -> str:
+        """Return whether the tuned values are better, and the change of the cost, in words."""
+        change = f"the mean cost {cost} changes by {self.mean:+.2f}"
         if self.low is None or self.high is None:
-            return f"fewer than {FEWEST_FOR_INTERVAL} test maps are too few to say whether the tuned values are better"
-        if self.high < 0:
-            return "the tuned values are better"
-        return "the tuned values are worse" if self.low > 0 else "the tuned values are not shown to be better"
+            return f"{change}; it takes {FEWEST_FOR_INTERVAL} test maps to tell whether the tuned values are better"
+        not_better = "worse" if self.low > 0 else "not shown to be better"
+        found = "better" if self.high < 0 else not_better
+        return f"the tuned values are {found}: {change} (95 % interval {self.low:.2f} to {self.high:.2f})"
 
 
 def cost_difference(test: Sequence[Row]) -> CostDifference:
@@ -63,12 +63,8 @@ def verdict_of(plan: TuningPlan, searched: Searched, winner: Finalist, test: Seq
     if winner.number == 0:
         first = "No trial beats the own values on held-out seeds, so the parameter file is unchanged."
         return [first, _reached(test, OWN), search]
-    found = cost_difference(test)
-    interval = "" if found.low is None else f" (95 % interval {found.low:.2f} to {found.high:.2f})"
-    first = (
-        f"On {len(plan.test)} test maps that the search has not seen, {found.in_words}: the mean cost "
-        f"{plan.settings.objectives[0]} changes by {found.mean:+.2f}{interval}."
-    )
+    found = cost_difference(test).in_words(plan.settings.objectives[0])
+    first = f"On {counted(len(plan.test), 'test map')} that the search has not seen, {found}."
     changed = _changes(plan.own, winner.values, searched.importances[0])
     return [first, _reached(test, OWN), _reached(test, TUNED), *_paired(test), *_met(winner), changed, search]
 
@@ -79,23 +75,27 @@ def _reached(test: Sequence[Row], name: str) -> str:
     good = [row["time_s"] for row in rows if row["outcome"] == "goal"]
     times = f", in {median(good):.1f} s in the median" if good else ""
     whose = "The own values reach" if name == OWN else "The tuned values reach"
-    return f"{whose} the goal in {len(good)} of {len(rows)} runs ({100 * len(good) / len(rows):.0f} %){times}."
+    return (
+        f"{whose} the goal in {len(good)} of {counted(len(rows), 'run')} ({100 * len(good) / len(rows):.0f} %){times}."
+    )
 
 
 def _paired(test: Sequence[Row]) -> list[str]:
     """Return the paired comparison of success and time in words."""
     own, tuned = ([row for row in test if row["controller"] == name] for name in (OWN, TUNED))
     found = compare_rows(own, tuned)
-    unit = "maps" if len({row["map"] for row in own}) >= FEWEST_FOR_INTERVAL else "pairs of runs"
+    of_maps = len({row["map"] for row in own}) >= FEWEST_FOR_INTERVAL
+    units = counted(found.n, *(("map",) if of_maps else ("pair of runs", "pairs of runs")))
     lines = [
-        f"The tuned values reach the goal more often on {found.wins} of {found.n} {unit} and less often on "
+        f"The tuned values reach the goal more often on {found.wins} of {units} and less often on "
         f"{found.losses} (McNemar's exact test: p = {found.p_success:.2g})."
     ]
     if found.both:
         ends = f"95 % interval {found.ratio_low:.2f} to {found.ratio_high:.2f}, "
         interval = ends if isfinite(found.ratio_low) else ""
+        pairs = "one pair" if found.both == 1 else f"{found.both} pairs"
         lines.append(
-            f"In the {found.both} pairs in which both reach the goal, the tuned values take "
+            f"In the {pairs} in which both reach the goal, the tuned values take "
             f"{found.time_ratio:.2f} times as long ({interval}Wilcoxon: p = {found.p_time:.2g})."
         )
     return lines
@@ -109,8 +109,8 @@ def _met(winner: Finalist) -> list[str]:
 def _searched(plan: TuningPlan, trials: Sequence[Trial]) -> str:
     runs, stopped = sum(len(one.rows) for one in trials), sum(one.state == "stopped" for one in trials)
     return (
-        f"The search made {len(trials)} trials with {runs} runs on {len(plan.train)} training maps; it stopped "
-        f"{stopped} trials early."
+        f"The search made {counted(len(trials), 'trial')} with {counted(runs, 'run')} on "
+        f"{counted(len(plan.train), 'training map')}; it stopped {counted(stopped, 'trial')} early."
     )
 
 
@@ -119,7 +119,9 @@ def _changes(before: Mapping[str, Value], after: Mapping[str, Value], importance
     changed = [name for name in after if after[name] != before[name]]
     shown = sorted(changed, key=lambda name: -importances.get(name, 0.0))[:MOST_CHANGES]
     which = f"the {len(shown)} most important" if importances else f"{len(shown)} of them"
-    head = f"{len(changed)} parameters change" + (f"; {which}" if len(shown) < len(changed) else "")
+    head = f"{len(changed)} {'parameter changes' if len(changed) == 1 else 'parameters change'}" + (
+        f"; {which}" if len(shown) < len(changed) else ""
+    )
     return f"{head}: {'; '.join(_change(name, before[name], after[name]) for name in shown)}."
 
 

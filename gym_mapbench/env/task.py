@@ -47,9 +47,9 @@ class DistanceToGoal:
 
     def __init__(self, scenario: Scenario, robot: RobotSpec) -> None:
         grid = scenario.map
-        cell = grid.world_to_cell(scenario.goal.x, scenario.goal.y)
-        distance = self._measure(scenario, robot, cell or (0, 0))
-        self.solvable = math.isfinite(distance[grid.world_to_cell(scenario.start.x, scenario.start.y) or (0, 0)])
+        start, goal = scenario.end_cells
+        distance = self._measure(scenario, robot, goal)
+        self.solvable = math.isfinite(distance[start])
         fill_unreached(distance)
         self.cells: NDArray[np.float64] = distance
         self._resolution = grid.resolution
@@ -103,8 +103,7 @@ def open_cells(scenario: Scenario, robot: RobotSpec) -> NDArray[np.bool_]:
     grid = scenario.map
     radius = inscribed_radius(robot) / grid.resolution
     free: NDArray[np.bool_] = ~within(grid.occupancy, radius)
-    for pose in (scenario.start, scenario.goal):
-        row, col = grid.world_to_cell(pose.x, pose.y) or (0, 0)
+    for row, col in scenario.end_cells:
         around = slice(max(0, row - 1), row + 2), slice(max(0, col - 1), col + 2)
         free[around] |= ~grid.occupancy[around]
     return free

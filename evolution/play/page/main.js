@@ -94,7 +94,7 @@ class Playground {
     this.answer.show(reply, this.ways.failures());
     this.timeline.refresh();
     this.overlays.ask();
-    say(`${this.ways.runs.size} runs in ${((performance.now() - this.began) / 1000).toFixed(2)} s.`);
+    say(`${this.ways.runs.size} ${this.ways.runs.size === 1 ? "run" : "runs"} in ${((performance.now() - this.began) / 1000).toFixed(2)} s.`);
   }
 
   /* Numbers under the pointer: the point, the cell, and what the controller considers. */

@@ -14,6 +14,7 @@ from typing import NamedTuple
 
 import numpy as np
 
+from evolution.files import counted
 from evolution.search.judging.equation import gain, penalty
 from evolution.search.judging.fitness import Fitness
 from evolution.search.judging.judgement import JudgedMap
@@ -53,7 +54,7 @@ def best_of_judged(maps: Mapping[str, JudgedMap], fitness: Fitness, size: int) -
     if not 1 <= size <= MAX_MAPS:
         raise ConfigError(f"best set: expected 1 to {MAX_MAPS} maps per set, got {size}")
     if len(maps) < size:
-        raise ConfigError(f"best set: expected at least {size} maps, got {len(maps)}")
+        raise ConfigError(f"best set: expected at least {counted(size, 'map')}, got {len(maps)}")
     if not fitness.exact:
         raise ConfigError(f"fitness {fitness.settings.fitness!r}: how to find its exact best set is not known")
     pools = pools_of(maps, fitness, size)

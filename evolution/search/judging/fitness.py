@@ -16,6 +16,7 @@ from statistics import fmean, median
 import numpy as np
 
 from evolution.driving import RunResult, SetResults
+from evolution.files import counted
 from evolution.search.judging.equation import gain, penalty
 from evolution.search.judging.failures import FAILURES, FailurePolicy
 from evolution.search.judging.judgement import JudgedMap, Judgement
@@ -279,7 +280,7 @@ def calibrate_scale(times_of_maps: Sequence[Times]) -> float:
     gaps = [gap for times in times_of_maps for gap in pairwise_gaps(times)]
     scale = float(np.median(gaps)) if gaps else 0.0
     if scale <= 0.0:
-        found = f"a median gap of 0 over {len(gaps)} pairs" if gaps else "no map that all controllers solved"
+        found = f"a median gap of 0 over {counted(len(gaps), 'pair')}" if gaps else "no map that all controllers solved"
         raise RunError(f"judging.cluster_scale: cannot be calibrated from the first population ({found}); give a value")
     return scale
 

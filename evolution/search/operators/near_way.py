@@ -13,9 +13,8 @@ from evolution.search.operators.edits import Edit, EditSettings
 from evolution.search.operators.mutation import MAX_TRIES, NEAR, label_obstacles, obstacles_near
 from evolution.search.operators.sampling import Cells
 from gym_mapbench.generator import ShapeSettings, find_way
-from gym_mapbench.world.gridmap import GridMap
 from gym_mapbench.world.robot import RobotSpec
-from gym_mapbench.world.scenario import Pose, Scenario
+from gym_mapbench.world.scenario import Scenario
 
 BEFORE_ROBOT = 0.1
 """Distance between the robot's outline at start and goal and the nearest changed cell, m."""
@@ -57,7 +56,7 @@ def _changed(
 ) -> Cells:
     """Return a copy of the cells, changed by some operators."""
     grid = scenario.map
-    kept = _kept(grid, (scenario.start, scenario.goal), robot.circumscribed_radius + BEFORE_ROBOT)
+    kept = _kept(scenario, robot.circumscribed_radius + BEFORE_ROBOT)
     shapes = ShapeSettings(resolution=grid.resolution, border=0)
     cells = grid.occupancy & ~kept
     assert way is not None
@@ -75,13 +74,12 @@ def _changed(
     return np.where(kept, grid.occupancy, cells)
 
 
-def _kept(grid: GridMap, poses: tuple[Pose, ...], radius: float) -> Cells:
+def _kept(scenario: Scenario, radius: float) -> Cells:
     """Return the cells that no operator changes: the edge of the map, and those around start and goal."""
+    grid = scenario.map
     kept = np.pad(np.zeros(np.subtract(grid.shape, 2), dtype=np.bool_), 1, constant_values=True)
     points = np.ones(grid.shape, dtype=np.bool_)
-    for pose in poses:
-        cell = grid.world_to_cell(pose.x, pose.y)
-        assert cell is not None
+    for cell in scenario.end_cells:
         points[cell] = False
     distance: NDArray[np.float64] = scipy.ndimage.distance_transform_edt(points) * grid.resolution
     return kept | (distance <= radius)

@@ -13,6 +13,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 from numpy.typing import NDArray
 
+from evolution.files import counted
 from evolution.pictures import (
     FIGURES,
     FORMATS,
@@ -169,7 +170,8 @@ class _Judged:
         return [
             self._save(
                 f"ranks_{quantity}",
-                f"Mean ranks over {len(ranking.seeds)} seeds, {QUANTITIES[quantity]} fitness ({self.judge.name})",
+                f"Mean ranks over {counted(len(ranking.seeds), 'seed')}, {QUANTITIES[quantity]} fitness "
+                f"({self.judge.name})",
                 critical_difference_figure(ranking.names, ranking.ranks, ranking.critical_difference),
             )
             for quantity, ranking in found

@@ -7,7 +7,7 @@ from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 from typing import Any
 
-from evolution.files import differences
+from evolution.files import counted, differences
 from evolution.runs import RecordedExperiment
 from evolution.search import FITNESSES, EvolveSettings, short_names
 from evolution.studies.analysis.results import StudyResults, StudyRun
@@ -53,10 +53,12 @@ class Judge:
         search, controllers = self.experiment.search, len(self.experiment.controllers)
         pattern, judging = FITNESSES.get(search.judging.fitness), search.judging
         drives = search.maps_per_set * controllers
+        drive = counted(controllers, "controller drives", "controllers drive")
+        once = f"{drive} {counted(search.maps_per_set, 'map')}"
         words = (
             f"What the {self.name} means: lower is better. A set gains up to {judging.pattern_weight:g} for maps whose "
             f"{pattern.wanted}; a failed run costs its share of {judging.base_cost:g} "
-            f"({judging.base_cost / drives:.1f} if {controllers} controllers drive {search.maps_per_set} maps once), a "
+            f"({judging.base_cost / drives:.1f} if {once} once), a "
             f"timeout {judging.timeout_cost:g} more, so {judging.base_cost:g} to "
             f"{judging.base_cost + judging.timeout_cost * drives:g} is a set on which every run failed"
         )

@@ -10,7 +10,7 @@ from pathlib import Path
 from typing import Any
 
 from controllers.nav2_params.presets import overlay
-from evolution.files import Versions, check, differences, written_elsewhere
+from evolution.files import Versions, check, counted, differences, written_elsewhere
 from evolution.runs import CONFIG, RecordedExperiment, RunDir, errors_in, load_run, results_in
 from evolution.search import experiment_of
 from evolution.studies.analysis.results import StudyResults, StudyRun
@@ -81,7 +81,8 @@ class _Reader:
         remove = shlex.join(["rm", "-r", *map(str, [self.directory.path / RESOLVED, *filter(Path.exists, folders)])])
         return [
             f"{name}: {' and '.join(f'{key} {value:.4g}' for key, value in entry['search'].items())} taken from "
-            f"{len(entry['seeds'])} of {wanted[name]} seeds; to take it from all: {remove} and then {self.resume}"
+            f"{len(entry['seeds'])} of {counted(wanted[name], 'seed')}; to take it from all: {remove} and then "
+            f"{self.resume}"
             for name, entry in few.items()
         ]
 
@@ -117,7 +118,7 @@ class _Reader:
         rundir = RunDir.open(self.directory.run_path(configuration.name, seed))
         if not rundir.finished:
             done, budget = (rundir.checkpoint or {"evaluations": 0}), rundir.config["search"]["evaluations"]
-            self.missing.append(f"{who}: stopped after {done['evaluations']} of {budget} evaluations")
+            self.missing.append(f"{who}: stopped after {done['evaluations']} of {counted(budget, 'evaluation')}")
             return
         experiment = self._experiment(rundir, configuration, seed)
         rundir.check_files()
@@ -181,8 +182,9 @@ def _absent(name: str, seeds: Sequence[int], runs: int) -> list[str]:
     if not seeds:
         return []
     if len(seeds) == runs:
-        return [f"{name}: none of its {runs} searches was begun"]
-    return [f"{name}: {len(seeds)} of {runs} searches were not begun (seeds {', '.join(map(str, seeds))})"]
+        return [f"{name}: none of its {counted(runs, 'search', 'searches')} was begun"]
+    were, named = ("was", "seed") if len(seeds) == 1 else ("were", "seeds")
+    return [f"{name}: {len(seeds)} of {runs} searches {were} not begun ({named} {', '.join(map(str, seeds))})"]
 
 
 def _errors(run: StudyRun) -> list[str]:

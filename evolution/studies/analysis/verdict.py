@@ -7,7 +7,7 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from evolution.files import Row
+from evolution.files import Row, counted
 from evolution.statistics import Summary, TestResult, median_interval
 from evolution.studies.analysis.comparisons import QUANTITIES, Comparison, StudyAnalysis, analyse
 from evolution.studies.analysis.held_out import conditions, held_out_rows, rank_agreement, selected_sets
@@ -110,7 +110,11 @@ def _winner(comparison: Comparison) -> list[str]:
 def _left_out(judge: Judge, compared: Comparison) -> list[str]:
     """Return the runs that the comparison of held-out fitness leaves out."""
     absent = {name: sum(run.reevaluation is None for run in runs) for name, runs in judge.groups.items()}
-    named = [f"{name} ({count} of {len(judge.groups[name])} searches)" for name, count in absent.items() if count]
+    named = [
+        f"{name} ({count} of {counted(len(judge.groups[name]), 'search', 'searches')})"
+        for name, count in absent.items()
+        if count
+    ]
     if not named:
         return []
     if compared.quantity == "fitness":
@@ -175,8 +179,8 @@ def _selection_bias(judge: Judge, results: StudyResults) -> list[str]:
     )
     return [
         f"Held-out minus reported fitness, {judge.name}: the searches report a median of {reported:.2f}. With {new} "
-        f"the median difference is {np.median(differences):+.2f} ({interval}n = {len(sets)} different sets). "
-        f"{causes}{_ranks(sets)}"
+        f"the median difference is {np.median(differences):+.2f} ({interval}n = "
+        f"{counted(len(sets), 'different set')}). {causes}{_ranks(sets)}"
     ]
 
 

@@ -10,7 +10,15 @@ import numpy as np
 import pytest
 
 from evolution import compare, configuration_of, load
-from evolution.benchmark import ParameterComparison, parameter_rows, read_sweep, sweep, verdict_of_comparison
+from evolution.benchmark import (
+    ParameterComparison,
+    parameter_rows,
+    read_sweep,
+    sweep,
+    table_of_compared,
+    table_of_scores,
+    verdict_of_comparison,
+)
 from evolution.cli import main
 from gym_mapbench.costmap import FilterMask, KeepoutFilter, SpeedFilter
 from gym_mapbench.errors import ConfigError
@@ -56,8 +64,20 @@ def test_equal_sides_are_not_told_apart():
 
 def test_one_pair_of_runs_is_singular():
     rows = tuple(run(label, "m", "goal", 5.0) for label in "ab")
-    _, _, time, *_ = verdict_of_comparison(ParameterComparison(rows, ()))
+    _, success, time, *_ = verdict_of_comparison(ParameterComparison(rows, ()))
+    assert success.startswith("b reaches the goal in 1 of 1 run, a in 1 of 1. b is better on 0 of 1 pair of runs, a on")
     assert time.startswith("In the one pair of runs in which both reach the goal, b takes 1.000 times as long as a")
+
+
+def test_asked_metrics_are_in_the_tables():
+    """The mean of the runs at the goal, or of all runs for a metric that is weighted by success."""
+    rows = [{**row, "jerk": number, "barn_score": 0.25} for number, row in enumerate(by_hand().rows)]
+    found = replace(by_hand(), rows=tuple(rows), metrics=("jerk", "barn_score"))
+    *_, jerk, barn = table_of_scores(found.table(), found.metrics)
+    assert (jerk["over all maps"], jerk["a"]) == ("jerk", "6.5")
+    assert jerk["b"].startswith("11.5 (")
+    assert barn["a"].startswith("0.25 (")
+    assert [row["jerk"].split()[0] for row in table_of_compared(found)] == ["6.5", "11.5"]
 
 
 def test_several_controllers_are_compared_by_name():
@@ -229,12 +249,14 @@ def test_the_command_compares_and_fails_by_rule(tmp_path, capsys):
     page = tmp_path / "two.html"
     argv = ["bench", HALL, "--controllers", "rpp", "--params", "a=thesis", "--params", "b=jazzy", "--time-limit", "4"]
     argv += ["--workers", "1", "--format", "json", "--html", str(page), "--fail-if", "b.success<=a.success"]
+    argv += ["--metric", "n_contacts"]
     assert main(argv) == 1
     output = capsys.readouterr()
     found = json.loads(output.out)
     assert [row["configuration"] for row in found["runs"]] == ["a", "b"]
     assert "--fail-if b.success<=a.success: b 0, a 0" in output.err
     assert "Comparison of parameter sets" in page.read_text(encoding="utf-8")
+    assert '<td data-label="over all maps">n_contacts</td>' in page.read_text(encoding="utf-8")
 
 
 def test_the_verdict_of_a_sweep_names_the_values_that_differ():
@@ -247,9 +269,9 @@ def test_the_verdict_of_a_sweep_names_the_values_that_differ():
 @pytest.mark.parametrize(
     ("goals", "expected"),
     [
-        ("abc", "All values reach the goal equally often, in 1 of 1 runs."),
-        ("bc", "b and c reach the goal most often, each in 1 of 1 runs."),
-        ("c", "c reaches the goal most often, in 1 of 1 runs."),
+        ("abc", "All values reach the goal equally often, in 1 of 1 run."),
+        ("bc", "b and c reach the goal most often, each in 1 of 1 run."),
+        ("c", "c reaches the goal most often, in 1 of 1 run."),
     ],
 )
 def test_the_verdict_of_a_sweep_names_all_values_with_the_most_goals(goals, expected):
@@ -266,6 +288,9 @@ def test_times_of_a_sweep_are_compared_where_both_reach_the_goal():
     c = [run("c", name, "goal", 50.0 if name == "m5" else 4.0) for name in names]
     _, fast, *_ = verdict_of_comparison(ParameterComparison((*b, *c), (), against_first=True))
     assert fast == "Where both reach the goal, c takes 0.800 times as long as b, the least of all values."
+    d = [{**row, "configuration": "d"} for row in c]
+    _, fast, *_ = verdict_of_comparison(ParameterComparison((*b, *c, *d), (), against_first=True))
+    assert fast == "Where both reach the goal, c and d each take 0.800 times as long as b, the least of all values."
     _, fast, *_ = verdict_of_comparison(ParameterComparison((*c, *b), (), against_first=True))
     assert fast == "Where both reach the goal, no value takes less time than c."
 

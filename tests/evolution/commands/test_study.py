@@ -46,6 +46,7 @@ STUDY = {
 def folder(tmp_path_factory):
     path = tmp_path_factory.mktemp("command")
     (path / "tiny.yaml").write_text(yaml.safe_dump(STUDY))
+    StudyDir.create(path / "s", load_study(path / "tiny.yaml"))  # begun, and interrupted at once
     misspelt = {**STUDY, "experiment": {**STUDY["experiment"], "controllers": ["dwp"]}}
     (path / "misspelt.yaml").write_text(yaml.safe_dump(misspelt))
     return path
@@ -59,11 +60,10 @@ def run(folder, capsys, command):
 
 @pytest.mark.slow
 def test_a_study_from_begin_to_page(folder, capsys):
-    StudyDir.create(folder / "s", load_study(folder / "tiny.yaml"))  # begun, and interrupted at once
     code, out, error = run(folder, capsys, "study {folder}/s --resume --workers 1 --runs 1")
     assert code == 0
     assert error == "re-running the best map set of 2 configurations for the replays\n"
-    assert "missing: ga: 1 of 2 searches were not begun (seeds 1)" in out
+    assert "missing: ga: 1 of 2 searches was not begun (seed 1)" in out
     assert "Gini fitness" in out
     assert re.search(r"100 % of the work done, \d+\.\d runs/s, 0 s left", out)
     with (folder / "s" / "tables" / "reevaluation.csv").open() as file:
@@ -85,10 +85,11 @@ def test_runs_that_cannot_be_made_do_not_keep_the_others_from_the_page(folder, c
     assert code == 2
     assert "missing: hopeless, seed 0: judging.cluster_scale: cannot be calibrated" in out
     assert "Look at " in out
-    assert error.splitlines()[-1] == ("mapbench study: 1 runs failed (see missing, above); --resume repeats them")
+    assert error.splitlines()[-1] == ("mapbench study: 1 run failed (see missing, above); --resume repeats them")
     assert "hopeless, seed 0: judging.cluster_scale" in (folder / "two" / "report.html").read_text()
 
 
+@pytest.mark.slow
 def test_a_replay_becomes_a_film(folder, capsys):
     command = "report {folder}/s --configuration long --map 2 --controller rpp --gif {folder}/rpp.gif"
     assert run(folder, capsys, command)[0] == 0

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import pytest
 
-from evolution.files import Table
+from evolution.files import Table, counted
 
 ROWS = [
     {"map": "a <b>", "goals": "1/2", "mean s": 12.345678, "recoveries": 0.0},
@@ -47,3 +47,12 @@ def test_pandas_gets_the_same_rows():
 def test_no_rows_are_no_error():
     assert str(Table([])) == ""
     assert "<table>" in Table([])._repr_html_()
+
+
+def test_a_noun_agrees_with_its_number():
+    assert [counted(number, "held-out seed") for number in (0, 1, 2)] == [
+        "0 held-out seeds",
+        "1 held-out seed",
+        "2 held-out seeds",
+    ]
+    assert [counted(number, "search", "searches") for number in (1, 2)] == ["1 search", "2 searches"]

@@ -137,12 +137,16 @@ def blocked_by_a_leg(job):
     return RunResult("collision" if job.scenario.map.occupancy[2:6, 3].all() else "goal", 5.0, 3.0, seed=job.seed)
 
 
+def fails(job):
+    return RunResult("timeout", 60.0, 0.0, seed=job.seed)
+
+
 def recorded(job):
     return Episode(job.scenario, job.controller.name, 0, "goal", "", 1.0, 0.1, np.array([[0.15, 0.15, 0, 0, 0]]), None)
 
 
-def minimise(path, keep="rpp fails", workers=1, on_run=None, resume=False, grid=GRID, **more):
-    scenario = Scenario(grid, Pose(0.15, 0.15), Pose(0.85, 0.15), "hand")
+def minimise(path, keep="rpp fails", workers=1, on_run=None, resume=False, grid=GRID, name="hand", **more):
+    scenario = Scenario(grid, Pose(0.15, 0.15), Pose(0.85, 0.15), name)
     plan = JobPlan(fake_runs.CONTROLLERS[2:], fake_runs.WORLD, 3)
     verdict = read_verdict(keep, plan.names)
     wanted = MinimizeSettings(seeds=2, held_out_seeds=3)
@@ -172,6 +176,13 @@ def test_the_cause_is_left(no_robot, tmp_path):
     assert again.after.map == found.after.map
 
 
+def test_no_obstacle_may_be_needed(no_robot, monkeypatch, tmp_path):
+    monkeypatch.setattr("evolution.minimizing.running.run_job", fails)
+    first, _, last = minimise(tmp_path / "out").sentences()
+    assert first == "3 obstacles become 0, and the verdict 'rpp fails' still holds."
+    assert last == "The verdict needs no obstacle."
+
+
 def test_a_part_that_a_cut_has_set_free_is_removed(no_robot, monkeypatch, tmp_path):
     """Both legs of an upside-down U are in its lower half; the verdict needs only the left one, from end to end."""
     rows = ["#" * 10, "#........#", "#..####..#", *["#..#..#..#"] * 7, "#........#", "#" * 10]
@@ -181,6 +192,12 @@ def test_a_part_that_a_cut_has_set_free_is_removed(no_robot, monkeypatch, tmp_pa
     (left,) = obstacles_of(minimise(tmp_path / "out", grid=grid).after.map)
     assert left[2:6, 3].all()
     assert left.sum() == 4
+
+
+def test_another_map_is_named_when_it_cannot_continue(no_robot, tmp_path):
+    minimise(tmp_path / "out")
+    with pytest.raises(ConfigError, match="map was hand when the minimization began, got office"):
+        minimise(tmp_path / "out", resume=True, name="office")
 
 
 def test_a_killed_minimisation_continues_with_the_same_bytes(no_robot, tmp_path):
@@ -232,7 +249,7 @@ def test_a_damaged_result_is_refused_in_one_line(no_robot, tmp_path):
         load(tmp_path / "out")
     summary.write_text(before)
     maps.write_text(json.dumps({**document, "maps": document["maps"][:1]}))
-    with pytest.raises(RunError, match=r"maps.json: expected the original and the smallest map, got 1 maps"):
+    with pytest.raises(RunError, match=r"maps.json: expected the original and the smallest map, got 1 map$"):
         load(tmp_path / "out")
 
 

@@ -13,6 +13,7 @@ from matplotlib.figure import Figure
 from PIL import Image
 
 from evolution.pictures.once_rendered import OnceRenderedFigure
+from evolution.pictures.parameter_figures import sweep_figure
 from evolution.pictures.plots import (
     _cliques,
     box_figure,
@@ -190,3 +191,11 @@ def test_pictures_shrink_and_keep_their_colours():
     assert np.abs(before - after).mean() < 2.0
     with pytest.raises(OSError, match="cannot identify"):
         picture("a", b"no picture")
+
+
+@pytest.mark.parametrize("values", [[(0, 0), (0, 1), (1, 0), (1, 1)], [(0, 0), (0.3, 0.8), (0.7, 0.1), (1, 1)]])
+def test_the_colours_of_a_sweep_end_at_100_percent(values):
+    rows = [{"a": a, "b": b, "success": 1.0, "mean s": 20.0} for a, b in values]
+    figure = sweep_figure(rows, ["a", "b"], {"a": 0, "b": 0})
+    low, high = next(axes for axes in figure.axes if axes.get_label() == "<colorbar>").get_ylim()
+    assert (low, high) == (0.0, 100.0)

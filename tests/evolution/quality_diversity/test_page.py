@@ -2,11 +2,13 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
 from evolution.driving import Evaluator
-from evolution.quality_diversity import Atlas, search_atlas
+from evolution.quality_diversity import Atlas, AtlasSearch, GridFigures, search_atlas
 from evolution.report import write_atlas_report
 from gym_mapbench.metrics.episode import Episode
 from tests.evolution import fake_runs
@@ -41,7 +43,36 @@ def test_every_elite_has_a_cell_and_a_row(atlas, page):
         assert text.count(f'data-group="{one.scenario.name}"') == 1
     assert "mapbench atlas --out &#39;a b&#39;" in text
     assert f"{atlas.found.held_out.cells} cells are filled" in text
+    assert '"sample":"Medians of 3 held-out seeds. Replay: the first of them."' in text
     assert "https://" not in text.split("<script>")[0].replace("https://www.w3.org", "")
+
+
+def test_the_grid_has_a_name(page):
+    assert '<table class="cells" aria-label="Atlas: time ratio mppi/dwb and time ratio rpp/dwb">' in page.read_text()
+
+
+def test_one_seed_has_no_medians(atlas, tmp_path, monkeypatch):
+    monkeypatch.setattr("evolution.report.atlas_page.drive", recorded)
+    one = replace(atlas, settings=atlas.settings.replace(held_out_seeds=1))
+    write_atlas_report(one, tmp_path / "report.html")
+    text = (tmp_path / "report.html").read_text(encoding="utf-8")
+    assert '"sample":"Times and replay: the held-out seed."' in text
+    assert "Medians of" not in text
+
+
+@pytest.mark.parametrize(
+    ("runs", "expected"),
+    [
+        (2, ["After 2 of 7 runs, 1 cell is filled (2 % of all cells), with a QD", "Another map may need 6"]),
+        (7, ["After 7 of 7 runs, 1 cell is filled", "After 1 run on held-out seeds, 2 cells are filled"]),
+        (0, ["After 0 of 7 runs, 1 cell is filled", "No further new map was found."]),
+    ],
+)
+def test_the_sentences_say_why_runs_are_left(runs, expected):
+    figures = GridFigures(1, 1 / 49, 0.5), GridFigures(2, 2 / 49, 0.5)
+    found = AtlasSearch((), *figures, dropped=0, displaced=0, runs=runs, held_out_runs=1, history=())
+    said = Atlas(EXPERIMENT, SETTINGS.replace(runs=7), found).sentences()
+    assert [line.startswith(text) for line, text in zip(said, expected, strict=False)] == [True, True]
 
 
 @pytest.mark.slow

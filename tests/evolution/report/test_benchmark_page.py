@@ -61,7 +61,7 @@ def test_the_command_writes_the_page_and_fails_by_rule(tmp_path, capsys):
     assert "mapbench bench: --fail-if success<0.95: rpp 0\n" in output.err
     assert "collisions" not in output.err
     text = page.read_text(encoding="utf-8")
-    assert "rpp reaches the goal in 0 of 1 runs (0 %, 95 % interval 0 to 79 %)." in text
+    assert "rpp reaches the goal in 0 of 1 run (0 %, 95 % interval 0 to 79 %)." in text
     assert f"mapbench bench {OFFICE} --controllers rpp" in text
     assert "differ from what was recorded" not in text
     (shown,) = json.loads(re.search(r'id="replays">(.*?)</script>', text)[1])["maps"]

@@ -86,8 +86,38 @@ def test_nothing_is_loaded_from_elsewhere(page):
     assert all(reference.startswith(("#", "data:")) for reference in page.references)
 
 
+class Unscripted(HTMLParser):
+    """Collects the texts of a page that are seen without JavaScript, where elements of the class scripted are not."""
+
+    def __init__(self, page):
+        super().__init__()
+        self.open, self.texts = [], []
+        self.feed(page)
+
+    def handle_starttag(self, tag, attributes):
+        if tag not in ("meta", "link", "input", "img", "wbr", "br"):
+            self.open.append((tag, "scripted" in (dict(attributes).get("class") or "").split()))
+
+    def handle_endtag(self, tag):
+        assert self.open.pop()[0] == tag
+
+    def handle_data(self, data):
+        if not any(hidden or tag in ("script", "style") for tag, hidden in self.open):
+            self.texts.append(data)
+
+
+def test_what_needs_javascript_is_hidden_without_it(results, best_sets):
+    page = render_page(report_of_study(results, best_sets))
+    assert "<noscript><style>.scripted { display: none; }</style></noscript>" in page
+    shown = " ".join(Unscripted(page).texts)
+    assert "The replays need JavaScript" in shown
+    for text in ("Play", "overlaid", "Click on", "The space key", "Ring: start"):
+        assert text in page
+        assert text not in shown
+
+
 def test_the_styles_load_nothing_either():
-    (style,) = re.findall(r"<style>(.*?)</style>", render_page(Report("t", "s", [], "c", "y")), flags=re.DOTALL)
+    style = "".join(re.findall(r"<style>(.*?)</style>", render_page(Report("t", "s", [], "c", "y")), flags=re.DOTALL))
     assert "prefers-color-scheme: dark" in style
     assert not re.search(r"@import|url\(|//", style)
 

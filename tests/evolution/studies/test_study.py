@@ -288,7 +288,7 @@ def test_a_part_can_be_run_first(tmp_path):
     study = small_study(configurations=TWO)
     part = run_study(study, tmp_path / "s", only=["ga"], runs=1)
     assert [(run.configuration.name, run.seed) for run in part.runs] == [("ga", 0)]
-    assert part.missing == ("ga: 1 of 2 searches were not begun (seeds 1)", "best: none of its 2 searches was begun")
+    assert part.missing == ("ga: 1 of 2 searches was not begun (seed 1)", "best: none of its 2 searches was begun")
     waiting = run_study(study, tmp_path / "s", resume=True, only=["best"])
     assert waiting.missing[0] == "best, seed 1: builds on ga, whose run 1 is not finished"
     assert (waiting.failed, len(waiting.runs)) == (1, 2)
@@ -300,7 +300,7 @@ def test_a_part_can_be_run_first(tmp_path):
 
 def test_what_builds_on_others_waits_for_them(tmp_path):
     waiting = run_study(small_study(), tmp_path / "s", only=["cluster"])
-    assert waiting.missing[0] == "cluster: builds on gini_6, of which 2 of 2 runs are not finished"
+    assert waiting.missing[0] == "cluster: builds on gini_6, which has not finished 2 of 2 runs"
     assert (waiting.failed, waiting.runs) == (2, ())
 
 
@@ -331,7 +331,7 @@ def test_a_run_that_cannot_be_made_costs_itself_and_what_builds_on_it(tmp_path):
             f"short, seed 1: {why}",
             "best, seed 0: builds on short, whose run 0 is not finished",
             "best, seed 1: builds on short, whose run 1 is not finished",
-            "like_short: builds on short, of which 2 of 2 runs are not finished",
+            "like_short: builds on short, which has not finished 2 of 2 runs",
         ]
         assert results.failed == 6
     assert [one.fraction for one in seen][-1] == pytest.approx(1.0)

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 import shutil
+from dataclasses import replace
 
 import pytest
 import yaml
@@ -14,7 +15,7 @@ from evolution.results import kind_of, load
 from evolution.tuning import load_tuning, run_tuning, sampling
 from evolution.tuning.search import Searched, search
 from evolution.tuning.validation import Finalist, dominates, finalists_among, front_of
-from evolution.tuning.verdict import verdict_of
+from evolution.tuning.verdict import CostDifference, verdict_of
 from gym_mapbench.errors import ConfigError, RunError
 from tests.evolution.tuning import fakes
 
@@ -70,6 +71,15 @@ def test_the_units_of_the_comparison_are_maps_only_if_there_are_enough(done):
         assert sum(unit in sentence for sentence in said) == 1
 
 
+def test_too_few_test_maps_tell_nothing():
+    assert CostDifference(-0.1234, None, None).in_words("time") == (
+        "the mean cost time changes by -0.12; it takes 5 test maps to tell whether the tuned values are better"
+    )
+    assert CostDifference(0.5, -0.2, 1.2).in_words("time") == (
+        "the tuned values are not shown to be better: the mean cost time changes by +0.50 (95 % interval -0.20 to 1.20)"
+    )
+
+
 def test_the_first_trial_has_the_own_values(done):
     first = done.table("trials")[0]
     assert (first["trial"], first["state"], first["lookahead_dist"]) == (0, "complete", 0.6)
@@ -111,6 +121,12 @@ def test_a_continued_tuning_has_the_options_it_began_with(done, tmp_path):
     shutil.copytree(done.path, tmp_path / "copy")
     with pytest.raises(ConfigError, match=r"settings\.seed was 0 when the tuning began, got 1"):
         tune(tmp_path / "copy", fakes.plan(seed=1), resume=True)
+    for plan, message in (
+        (fakes.plan(7), "number of training maps was 8 when the tuning began, got 7"),
+        (replace(fakes.plan(), test=fakes.maps(8, 3)), "test map 1 was map_2_0 when the tuning began, got map_3_0"),
+    ):
+        with pytest.raises(ConfigError, match=message):
+            tune(tmp_path / "copy", plan, resume=True)
     with pytest.raises(ConfigError, match="already holds a tuning"):
         tune(tmp_path / "copy")
 
