@@ -23,7 +23,7 @@ def kernel(function: Callable[..., Any]) -> Callable[..., Any]:
 
     With ``NUMBA_DISABLE_JIT`` the call raises ``OSError``: kernels read records in a way that only numba can.
     """
-    if numba.config.DISABLE_JIT:
+    if numba.config.DISABLE_JIT:  # type: ignore[attr-defined]
         return _refusing(function)
     compiled = numba.njit(cache=True, **OPTIONS, **NOT_FROM_C)(function)
     return cast(Callable[..., Any], compiled)
