@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from contextlib import nullcontext
 from pathlib import Path
 
 from pydantic import FiniteFloat
@@ -9,7 +10,7 @@ from pydantic import FiniteFloat
 from evolution.benchmark.configurations import ParameterComparison
 from evolution.benchmark.directory import BENCHMARK
 from evolution.benchmark.runs import BENCH, Benchmark
-from evolution.files import Document, check_rows, read_json
+from evolution.files import MADE_AGAIN, Document, advising, check_rows, read_json
 from gym_mapbench.errors import RunError
 from gym_mapbench.metrics.episode import Outcome
 
@@ -41,6 +42,12 @@ def read_bench(path: str | Path) -> Benchmark | ParameterComparison:
         raise RunError(f"{path}: the benchmark was not finished; continue it with --resume")
     if not path.is_file():
         raise RunError(f"{path}: expected a {BENCH} or the directory of one")
+    with advising(MADE_AGAIN) if BENCHMARK.holds(path.parent) else nullcontext():
+        return _read(path)
+
+
+def _read(path: Path) -> Benchmark | ParameterComparison:
+    """Return what is in a ``bench.json``."""
     document = read_json(path)
     rows = document.get("runs")
     if not isinstance(rows, list):

@@ -49,7 +49,7 @@ class ResultStore:
         with self._errors("cannot be opened"):
             self._database = sqlite3.connect(self.path or ":memory:", timeout=wait_s, isolation_level=None)
         try:
-            with self._errors("not a result store"):
+            with self._errors("not a result store; delete it to repeat all runs"):
                 self._prepare()
         except RunError:
             self._database.close()
@@ -81,7 +81,8 @@ class ResultStore:
         """Check the version, or create the table of a new file."""
         (version,) = self._database.execute("PRAGMA user_version").fetchone()
         if version not in (0, SCHEMA_VERSION):
-            raise RunError(f"{self.path}: expected a result store of version {SCHEMA_VERSION}, got {version}")
+            found = f"expected a result store of version {SCHEMA_VERSION}, got {version}"
+            raise RunError(f"{self.path}: {found}; read it with the version of MapBench that wrote it")
         self._database.execute("PRAGMA journal_mode = WAL")
         self._database.execute("PRAGMA synchronous = NORMAL")
         self._database.execute("CREATE TABLE IF NOT EXISTS results (key TEXT PRIMARY KEY, result TEXT) WITHOUT ROWID")

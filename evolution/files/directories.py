@@ -9,6 +9,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
+from evolution.files.documents import advising
 from evolution.files.plain import WriteError, make_directory, read_json, write_new_json
 from evolution.files.versions import refuse_version, versions
 from gym_mapbench.errors import ConfigError, RunError
@@ -83,10 +84,12 @@ class DirectoryKind:
         """
         if not self.holds(path):
             raise RunError(f"{path}: not a {self.what} directory (no {self.mark})")
-        config = read_json(path / self.mark)
+        with advising(f"restore it from a copy, or begin the {self.what} again"):
+            config = read_json(path / self.mark)
         if config.get("format") != self.format or config.get("format_version") != self.format_version:
             found = f"{config.get('format')} {config.get('format_version')}"
-            raise RunError(f"{path / self.mark}: expected {self.format} {self.format_version}, got {found}")
+            expected = f"expected {self.format} {self.format_version}, got {found}"
+            raise RunError(f"{path / self.mark}: {expected}; read it with the version of MapBench that wrote it")
         refuse_code(config, path / self.mark, self.to_drive)
         LOG.info("%s: opened, a %s", path, self.what)
         return config

@@ -5,13 +5,14 @@ A model requires the keys that are used; a file may hold more.
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
+from contextlib import contextmanager
 from pathlib import Path
 
 from pydantic import BaseModel, ConfigDict, ValidationError
 
 from evolution.files.plain import Row
-from gym_mapbench.errors import RunError
+from gym_mapbench.errors import MapFormatError, RunError
 
 
 class Document(BaseModel):
@@ -25,6 +26,23 @@ class Versions(Document):
 
     version: str
     libraries: dict[str, str]
+
+
+MADE_AGAIN = "--resume makes it again from the stored runs"
+"""What to do about a damaged file that follows from the store."""
+
+
+@contextmanager
+def advising(advice: str) -> Iterator[None]:
+    """Add to an error about a damaged file what the user can do.
+
+    Raises:
+        RunError: Instead of a ``RunError`` or ``MapFormatError`` inside the ``with`` block.
+    """
+    try:
+        yield
+    except (RunError, MapFormatError) as error:
+        raise RunError(f"{error}; {advice}") from None
 
 
 def check(model: type[Document], document: object, where: str | Path) -> None:

@@ -14,7 +14,18 @@ from __future__ import annotations
 from dataclasses import dataclass
 from pathlib import Path
 
-from evolution.files import DirectoryKind, Document, Row, Table, Tabled, check, counted, read_json
+from evolution.files import (
+    MADE_AGAIN,
+    DirectoryKind,
+    Document,
+    Row,
+    Table,
+    Tabled,
+    advising,
+    check,
+    counted,
+    read_json,
+)
 from evolution.minimizing.obstacles import obstacles_of
 from gym_mapbench.errors import RunError
 from gym_mapbench.mapio import load_map_set
@@ -96,11 +107,22 @@ def load_minimized(path: Path) -> Minimized:
     """Return the result in a directory.
 
     Raises:
-        RunError: If it is not finished, or damaged.
+        RunError: If it is not finished, damaged, or mixed with another minimization.
     """
-    MINIMIZATION.open(path)
+    config = MINIMIZATION.open(path)
     if not (path / SUMMARY).is_file():
         raise RunError(f"{path}: the minimization was not finished; continue it with --resume")
+    with advising(MADE_AGAIN):
+        result, summary = _read(path)
+        if result.document() != summary:
+            raise RunError(f"{path / SUMMARY}: expected the summary of the maps in {MAPS}, got another")
+        if result.before.digest != config.get("minimization", {}).get("map_digest"):
+            raise RunError(f"{path / MAPS}: expected the map of {MINIMIZATION.mark} and the smallest map, got others")
+    return result
+
+
+def _read(path: Path) -> tuple[Minimized, Row]:
+    """Return the result in a finished directory, and its summary."""
     summary = read_json(path / SUMMARY)
     check(MinimizedSummary, summary, path / SUMMARY)
     maps = load_map_set(path / MAPS)
@@ -108,4 +130,4 @@ def load_minimized(path: Path) -> Minimized:
         raise RunError(f"{path / MAPS}: expected the original and the smallest map, got {counted(len(maps), 'map')}")
     before, after = maps
     held = tuple(summary["held_before"]), tuple(summary["held_after"])
-    return Minimized(before, after, summary["keep"], *held, tuple(summary["steps"]))
+    return Minimized(before, after, summary["keep"], *held, tuple(summary["steps"])), summary

@@ -20,13 +20,15 @@ from pathlib import Path
 from statistics import median
 from typing import Any
 
-from evolution.driving import RunResult
+from evolution.driving import RunResult, derive_seed
 from evolution.files import (
+    MADE_AGAIN,
     DirectoryKind,
     Document,
     Row,
     Table,
     Tabled,
+    advising,
     check,
     counted,
     read_json,
@@ -95,6 +97,17 @@ class Atlas(Tabled):
     def elites(self) -> tuple[Elite, ...]:
         """The map of each filled cell, in order of the cells."""
         return self.found.elites
+
+    @property
+    def is_of_its_maps(self) -> bool:
+        """Whether all runs have the seeds of the experiment on these maps; if not, files of two atlases are mixed."""
+        root, names = self.experiment.plan.root_seed, self.experiment.plan.names
+        return all(len(one.results) == len(names) for one in self.elites) and all(
+            run.seed == derive_seed(root, one.scenario.world_digest, name, repeat)
+            for one in self.elites
+            for name, runs in zip(names, one.results, strict=True)
+            for repeat, run in enumerate(runs, start=self.settings.repeats)
+        )
 
     def best_set(self, fitness: str) -> MapSet:
         """Return the best set of its maps for a fitness; arguments and errors as for :func:`best_set_of`."""
@@ -172,31 +185,35 @@ def load_atlas(path: Path) -> Atlas:
     """Return the atlas in a directory.
 
     Raises:
-        RunError: If it is not finished, or damaged.
+        RunError: If it is not finished, damaged, or mixed with another atlas.
     """
     config = ATLAS.open(path)
     if not (path / SUMMARY).is_file():
         raise RunError(f"{path}: the atlas was not finished; continue it with --resume")
-    summary = read_json(path / SUMMARY)
-    check(AtlasSummary, summary, path / SUMMARY)
     where = str(path / ATLAS.mark)
     experiment = Experiment.from_document(config.get("experiment"), where)
     settings = AtlasSettings.from_mapping(config.get("atlas"), f"{where}: atlas")
-    try:
-        return Atlas(experiment, settings, _found(summary, path))
-    except (TypeError, ValueError):  # a result with another key, or more or fewer elites than maps
-        raise RunError(f"{path / SUMMARY}: expected the summary of an atlas") from None
+    with advising(MADE_AGAIN):
+        atlas = Atlas(experiment, settings, _found(path))
+        if not atlas.is_of_its_maps:
+            raise RunError(f"{path / SUMMARY}: expected the runs on the maps in {MAPS} with the seed of {ATLAS.mark}")
+    return atlas
 
 
-def _found(summary: Mapping[str, Any], path: Path) -> AtlasSearch:
+def _found(path: Path) -> AtlasSearch:
+    summary = read_json(path / SUMMARY)
+    check(AtlasSummary, summary, path / SUMMARY)
     maps = load_map_set(path / MAPS) if summary["elites"] else ()
-    return AtlasSearch(
-        elites=tuple(_elite(one, scenario) for one, scenario in zip(summary["elites"], maps, strict=True)),
-        history=tuple(summary["history"]),
-        searched=GridFigures(**summary["searched"]),
-        held_out=GridFigures(**summary["held_out"]),
-        **{name: summary[name] for name in COUNTS},
-    )
+    try:
+        return AtlasSearch(
+            elites=tuple(_elite(one, scenario) for one, scenario in zip(summary["elites"], maps, strict=True)),
+            history=tuple(summary["history"]),
+            searched=GridFigures(**summary["searched"]),
+            held_out=GridFigures(**summary["held_out"]),
+            **{name: summary[name] for name in COUNTS},
+        )
+    except (TypeError, ValueError):  # a result with another key, or more or fewer elites than maps
+        raise RunError(f"{path / SUMMARY}: expected the summary of the maps in {MAPS}") from None
 
 
 def _elite_document(elite: Elite) -> Row:

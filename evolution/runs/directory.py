@@ -19,6 +19,7 @@ from evolution.files import (
     Document,
     GrowingCsv,
     Row,
+    advising,
     append_line,
     check,
     check_rows,
@@ -138,8 +139,9 @@ class RunDir:
         path = self.path / CHECKPOINT
         if not path.is_file():
             return None
-        checkpoint = read_json(path)
-        check(Checkpoint, checkpoint, path)
+        with advising("delete it: --resume makes it again from the stored runs"):
+            checkpoint = read_json(path)
+            check(Checkpoint, checkpoint, path)
         return checkpoint
 
     @property

@@ -101,8 +101,8 @@ class TuningPlan:
             "controller": self.controller,
             "settings": self.settings.model_dump(mode="json"),
             "space": self.space.model_dump(mode="json")["parameters"],
-            "train": _digests(self.train),
-            "test": _digests(self.test),
+            "train": digests(self.train),
+            "test": digests(self.test),
             "world": self.world.model_dump(mode="json"),
         }
 
@@ -128,5 +128,6 @@ def jobs_on(plan: JobPlan, scenarios: Sequence[Scenario], repeats: range) -> lis
     return [plan.job(scenario, 0, repeat) for scenario in scenarios for repeat in repeats]
 
 
-def _digests(scenarios: Sequence[Scenario]) -> dict[str, str]:
+def digests(scenarios: Sequence[Scenario]) -> dict[str, str]:
+    """Return the digest of each map with its task, by number and name."""
     return {f"{number} {one.name}": one.digest for number, one in enumerate(scenarios, start=1)}

@@ -6,8 +6,11 @@ from dataclasses import replace
 
 from controllers.nav2_params.values import with_values
 from evolution.driving import ControllerSpec, DriveSettings, JobPlan, drive
-from evolution.tuning.results import TEST_MAPS, Tuning
+from evolution.files import MADE_AGAIN, advising
+from evolution.tuning.plan import digests
+from evolution.tuning.results import TEST_MAPS, TUNING, Tuning
 from evolution.tuning.validation import OWN, TUNED
+from gym_mapbench.errors import RunError
 from gym_mapbench.mapio import load_scenarios
 from gym_mapbench.metrics.episode import Episode
 
@@ -21,8 +24,14 @@ def drive_test(tuning: Tuning, count: int) -> list[list[Episode]]:
 
     Returns:
         For each map the recorded runs, of the first repeat.
+
+    Raises:
+        RunError: If the test maps are damaged, or those of another tuning.
     """
-    scenarios = load_scenarios(tuning.path / TEST_MAPS)
+    with advising(MADE_AGAIN):
+        scenarios = load_scenarios(tuning.path / TEST_MAPS)
+        if digests(scenarios) != tuning.config["tuning"]["test"]:
+            raise RunError(f"{tuning.path / TEST_MAPS}: expected the test maps of {TUNING.mark}, got others")
     plans = _plans(tuning)
     chosen = sorted(scenarios, key=lambda one: -_difference(tuning, one.name))[:count]
     return [[replace(drive(plan.job(one, 0, 0)), controller=name) for name, plan in plans.items()] for one in chosen]

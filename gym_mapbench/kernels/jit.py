@@ -9,7 +9,7 @@ takes nothing.
 from __future__ import annotations
 
 from collections.abc import Callable
-from typing import Any, cast
+from typing import Any, NoReturn, cast
 
 import numba
 
@@ -19,9 +19,24 @@ NOT_FROM_C: dict[str, Any] = {"no_cfunc_wrapper": True}
 
 
 def kernel(function: Callable[..., Any]) -> Callable[..., Any]:
-    """Compile ``function`` when it is first called, for the types of its arguments."""
+    """Compile ``function`` when it is first called, for the types of its arguments.
+
+    With ``NUMBA_DISABLE_JIT`` the call raises ``OSError``: kernels read records in a way that only numba can.
+    """
+    if numba.config.DISABLE_JIT:  # type: ignore[attr-defined]
+        return _refusing(function)
     compiled = numba.njit(cache=True, **OPTIONS, **NOT_FROM_C)(function)
     return cast(Callable[..., Any], compiled)
+
+
+def _refusing(function: Callable[..., Any]) -> Callable[..., Any]:
+    """Return a kernel that is not compiled, and cannot be called."""
+
+    def refuse(*_: Any) -> NoReturn:
+        raise OSError("expected NUMBA_DISABLE_JIT not to be set, as kernels run only if they are compiled")
+
+    refuse.py_func = function  # type: ignore[attr-defined]
+    return refuse
 
 
 def inlined(function: Callable[..., Any]) -> Callable[..., Any]:

@@ -27,6 +27,19 @@ def test_every_kind_begins_is_recognised_and_continues(tmp_path):
             kind.directory.begin_or_resume(path, {"options": {"seed": 4}}, resume=True)
 
 
+def test_a_damaged_or_later_mark_is_refused_with_what_to_do(tmp_path):
+    for kind in KINDS:
+        path = tmp_path / kind.directory.what
+        kind.directory.begin(path, {})
+        mark = path / kind.directory.mark
+        mark.write_text(mark.read_text().replace('"format_version": 1', '"format_version": 2'))
+        with pytest.raises(RunError, match=r"got .* 2; read it with the version of MapBench that wrote it"):
+            kind.directory.open(path)
+        mark.write_text("")
+        with pytest.raises(RunError, match=f"not a JSON file .*; restore it from a copy, or begin the {path.name}"):
+            kind.directory.open(path)
+
+
 def test_a_path_that_holds_no_results_is_refused(tmp_path):
     with pytest.raises(
         RunError, match=r"expected the directory of a run \(config.json\), .* or benchmark \(benchmark.j"

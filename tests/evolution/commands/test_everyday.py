@@ -169,6 +169,15 @@ def test_the_doctor(capsys, monkeypatch):
     assert "nothing is compiled" in next(doctor._kernels())
 
 
+def test_runs_without_compiling_are_refused_in_one_line():
+    command = [sys.executable, "-m", "evolution", "bench", "examples/hall.yaml", "--controllers", "rpp"]
+    environment = {**os.environ, "NUMBA_DISABLE_JIT": "1"}
+    done = subprocess.run(command, capture_output=True, text=True, check=False, timeout=100, env=environment)
+    assert done.returncode == 2
+    assert done.stderr.count("\n") == 1
+    assert "expected NUMBA_DISABLE_JIT not to be set, as kernels run only if they are compiled" in done.stderr
+
+
 def test_the_doctor_clears_kernels(tmp_path, capsys, monkeypatch):
     for name, size in (("a.f-1.py311.nbi", 1000), ("a.f-1.py311.1.nbc", 30_000), ("a.f-1.py311.2.nbc", 69_000)):
         (tmp_path / name).write_bytes(bytes(size))

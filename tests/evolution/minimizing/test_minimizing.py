@@ -249,10 +249,24 @@ def test_a_damaged_result_is_refused_in_one_line(no_robot, tmp_path):
         load(tmp_path / "out")
     summary.write_text(before)
     maps.write_text(json.dumps({**document, "maps": document["maps"][:1]}))
-    with pytest.raises(RunError, match=r"maps.json: expected the original and the smallest map, got 1 map$"):
+    with pytest.raises(RunError, match=r"maps.json: expected the original and the smallest map, got 1 map; --resume makes it again"):
         load(tmp_path / "out")
 
 
 def test_the_summary_is_json(no_robot, tmp_path):
     minimise(tmp_path / "out")
     assert json.loads((tmp_path / "out" / "summary.json").read_text())["keep"] == "rpp fails"
+
+
+@pytest.mark.parametrize("name", ["maps.json", "summary.json", "minimize.json"])
+def test_a_file_of_another_minimization_is_refused(no_robot, tmp_path, name):
+    other = GRID.occupancy.copy()
+    other[-1, -1] = not other[-1, -1]
+    minimise(tmp_path / "out")
+    minimise(tmp_path / "other", grid=GridMap(other, GRID.resolution))
+    before = (tmp_path / "out" / name).read_bytes()
+    (tmp_path / "out" / name).write_bytes((tmp_path / "other" / name).read_bytes())
+    with pytest.raises(RunError, match=r"json: expected the (summary|map) of .*; --resume makes it again"):
+        load(tmp_path / "out")
+    (tmp_path / "out" / name).write_bytes(before)
+    assert load(tmp_path / "out").table("steps")

@@ -164,6 +164,23 @@ def test_a_damaged_summary_is_refused_in_one_line(no_robot, tmp_path, key, value
         load(tmp_path / "a")
 
 
+def test_damaged_maps_are_named(no_robot, tmp_path):
+    fill(tmp_path / "a")
+    (tmp_path / "a" / "maps.json").write_text("")
+    with pytest.raises(RunError, match=r"maps.json: not a JSON file .*; --resume makes it again from the stored runs"):
+        load(tmp_path / "a")
+
+
+@pytest.mark.parametrize(("name", "key"), [("maps.json", "maps"), ("summary.json", "elites")])
+def test_maps_and_runs_of_two_atlases_are_not_mixed(no_robot, tmp_path, name, key):
+    fill(tmp_path / "a")
+    path = tmp_path / "a" / name
+    document = json.loads(path.read_text())
+    path.write_text(json.dumps({**document, key: document[key][::-1]}))
+    with pytest.raises(RunError, match=r"summary.json: expected the runs on the maps in maps.json"):
+        load(tmp_path / "a")
+
+
 def test_other_options_do_not_continue_it(no_robot, tmp_path):
     fill(tmp_path / "a")
     with pytest.raises(ConfigError, match="runs was 120 when the map-atlas began, got 90"):

@@ -328,6 +328,17 @@ def test_a_used_directory_is_refused_and_left_alone(tmp_path):
         RunDir.create(tmp_path / "file" / "run", EXPERIMENT)
 
 
+def test_a_damaged_checkpoint_is_made_again_as_the_error_says(tmp_path):
+    run(tmp_path)
+    before = (tmp_path / CHECKPOINT).read_bytes()
+    (tmp_path / CHECKPOINT).write_text("{")
+    with pytest.raises(RunError, match=r"checkpoint.json: not .*; delete it: --resume makes it again from the stored"):
+        load_run(tmp_path)
+    (tmp_path / CHECKPOINT).unlink()
+    go_on(RunDir.open(tmp_path))
+    assert (tmp_path / CHECKPOINT).read_bytes() == before
+
+
 def test_damaged_runs_are_one_clear_line(tmp_path):
     with pytest.raises(RunError, match=r"not a run directory \(no config.json\)"):
         load_run(tmp_path)

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import re
+import shutil
 from dataclasses import replace
 from pathlib import Path
 
@@ -14,7 +15,7 @@ from evolution.cli import main
 from evolution.report import write_report
 from evolution.report.tuning_page import report_of_tuning
 from evolution.tuning import load_tuning, sampling
-from gym_mapbench.errors import ConfigError
+from gym_mapbench.errors import ConfigError, RunError
 from gym_mapbench.mapio import save_map_set
 from gym_mapbench.world.gridmap import GridMap
 from gym_mapbench.world.scenario import MapSet, Pose, Scenario
@@ -54,6 +55,13 @@ def test_the_page_has_verdict_replays_tables_and_the_file(done):
     assert 'download="nav2_params.yaml"' in page
     assert '"controllers":["own","tuned"]' in page
     assert page == write_report(done).read_text()
+
+
+def test_the_page_refuses_test_maps_of_another_tuning(folder, done, tmp_path):
+    shutil.copytree(done, tmp_path / "mixed")
+    save_map_set(MapSet(fakes.maps(6, 9)), tmp_path / "mixed" / "test.json")
+    with pytest.raises(RunError, match=r"test.json: expected the test maps of tuning.json, got others; --resume"):
+        write_report(tmp_path / "mixed")
 
 
 def test_a_map_without_a_way_to_the_goal_is_refused_before_anything_is_written(folder, tmp_path, capsys):
