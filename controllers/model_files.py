@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import zipfile
+from io import BytesIO
 from pathlib import Path
 from typing import Any
 
@@ -33,3 +35,23 @@ def model_data(path: str | Path) -> dict[str, Any]:
     if not isinstance(data, dict):
         raise ConfigError(f"{path} is not a Stable-Baselines3 model (data: expected an object)")
     return data
+
+
+def uncompressed(path: str | Path) -> BytesIO:
+    """Return a model file in memory, its parts uncompressed.
+
+    PyTorch reads a part from many places. Going back in a compressed part means to unpack it from its beginning again,
+    which takes longer than all other work of loading.
+
+    Args:
+        path: The file.
+
+    Raises:
+        ConfigError: As :func:`model_data`.
+    """
+    copy = BytesIO()
+    with open_zip(path, MAX_MODEL_BYTES, ConfigError) as archive, zipfile.ZipFile(copy, "w") as unpacked:
+        for name in archive.namelist():
+            unpacked.writestr(name, archive.read(name))
+    copy.seek(0)
+    return copy

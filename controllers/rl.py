@@ -5,17 +5,19 @@ Stable-Baselines3 models are objects with ``predict``; :func:`load_sb3` reads on
 
 from __future__ import annotations
 
+import json
 import math
+import warnings
 from collections.abc import Callable, Mapping
 from pathlib import Path
 from typing import Any
 
 import numpy as np
-from gymnasium.spaces import Box
+from gymnasium.spaces import Box, Space
 
 from controllers.base import Context, Observation
 from controllers.learned import ModelCard, TrainedPolicy, read_card
-from controllers.model_files import model_data
+from controllers.model_files import model_data, uncompressed
 from gym_mapbench.env.action import ActionKind, to_command
 from gym_mapbench.env.config import EnvConfig
 from gym_mapbench.env.observation import FAR, observation_space
@@ -107,7 +109,8 @@ def as_controller(policy: Any, name: str, observation_keys: tuple[str, ...] | No
             ``policy.observation_space``, or the env's default if the policy has none.
 
     Raises:
-        ConfigError: If the policy is neither of the two, or its observation space is not a Dict.
+        ConfigError: If the policy is neither of the two, its observation space is not a Dict, or its actions are not
+            two continuous numbers.
     """
     predict = getattr(policy, "predict", policy)
     if not callable(predict):
@@ -115,7 +118,8 @@ def as_controller(policy: Any, name: str, observation_keys: tuple[str, ...] | No
     keys = tuple(observation_keys or _observed_by(policy, name))
     known = getattr(getattr(policy, "observation_space", None), "spaces", {})
     spaces = {key: known[key] for key in keys if isinstance(known.get(key), Box)}
-    return PolicyController(predict, name, keys, _is_normalized(getattr(policy, "action_space", None)), spaces)
+    normalized = _is_normalized(getattr(policy, "action_space", None), name)
+    return PolicyController(predict, name, keys, normalized, spaces)
 
 
 def load_sb3(path: str | Path, name: str) -> PolicyController | TrainedPolicy:
@@ -129,15 +133,19 @@ def load_sb3(path: str | Path, name: str) -> PolicyController | TrainedPolicy:
     Raises:
         ConfigError: If Stable-Baselines3 is not installed, or the file is missing or not such a model.
     """
-    algorithm = _sb3_algorithm(Path(path), name)
+    try:
+        data = model_data(path)
+    except ConfigError as error:
+        raise ConfigError(f"{name}: {error}") from None
+    algorithm = _sb3_algorithm(data, path, name)
     try:
         import stable_baselines3
     except ImportError:
         raise ConfigError(f"{name}: reading {path} needs stable-baselines3 (pip install gym-mapbench[rl])") from None
     try:
-        model = _load_to_predict(getattr(stable_baselines3, algorithm), path)
+        model = _load_to_predict(getattr(stable_baselines3, algorithm), path, data)
     except Exception as error:
-        reason = " ".join(str(error).split())[:200]
+        reason = " ".join(str(error).split())[:200] or type(error).__name__
         raise ConfigError(f"{name}: {path} cannot be loaded as a {algorithm} model ({reason})") from None
     try:
         card = read_card(path)
@@ -146,17 +154,31 @@ def load_sb3(path: str | Path, name: str) -> PolicyController | TrainedPolicy:
     return as_controller(model, name) if card is None else _with_card(model, name, card, path)
 
 
-def _load_to_predict(algorithm: Any, path: str | Path) -> Any:
-    """Load a model without its optimizers, as making one imports the compiler of torch (2 s in each process)."""
-    from stable_baselines3.common.save_util import load_from_zip_file
+def _load_to_predict(algorithm: Any, path: str | Path, data: dict[str, Any]) -> Any:
+    """Load a model without its policy's optimizers: making one imports the compiler of torch (2 s in each process).
 
-    data, _, _ = load_from_zip_file(path, device="cpu")
-    kwargs = {**(data or {}).get("policy_kwargs", {}), "optimizer_class": _NoOptimizer}
-    return algorithm.load(path, device="cpu", custom_objects={"policy_kwargs": kwargs})
+    SAC makes an optimizer of its entropy coefficient all the same, unless the coefficient is fixed.
+
+    Args:
+        algorithm: The class of Stable-Baselines3 that loads it.
+        path: Its file.
+        data: The attributes in the file, from :func:`~controllers.model_files.model_data`.
+    """
+    from stable_baselines3.common.save_util import json_to_data
+
+    with warnings.catch_warnings():
+        # Stable-Baselines3 only warns, and gives the policy the default network: perhaps another activation function.
+        warnings.filterwarnings("error", "Could not deserialize")
+        saved = json_to_data(json.dumps({"policy_kwargs": data.get("policy_kwargs", {})}))
+    kwargs = {**saved["policy_kwargs"], "optimizer_class": _NoOptimizer}
+    return algorithm.load(uncompressed(path), device="cpu", custom_objects={"policy_kwargs": kwargs})
 
 
 class _NoOptimizer:
     """In the place of the optimizer of a model that only predicts; takes and ignores what one would."""
+
+    param_groups = ({"params": ()},)
+    """Stable-Baselines3 counts these before it says which parts of a file are missing."""
 
     def __init__(self, *args: object, **kwargs: object) -> None:
         pass
@@ -202,21 +224,28 @@ def _observed_by(policy: Any, name: str) -> tuple[str, ...]:
         return keys
     spaces = getattr(space, "spaces", None)
     if not isinstance(spaces, Mapping):
-        raise ConfigError(f"{name}: expected a policy over the env's Dict observation, got one over {space}")
+        raise ConfigError(f"{name}: expected a policy over the env's Dict observation, got one over {_named(space)}")
     return tuple(spaces)
 
 
-def _is_normalized(space: Any) -> bool:
-    """Whether an action space is that of an env with ``action="normalized"``."""
+def _is_normalized(space: Any, name: str) -> bool:
+    """Whether an action space is that of an env with ``action="normalized"``.
+
+    Raises:
+        ConfigError: If it is known and not one of two continuous numbers.
+    """
+    if isinstance(space, Space) and not (isinstance(space, Box) and space.shape == (2,)):
+        raise ConfigError(f"{name}: expected a policy whose actions are a Box of shape (2,), got {_named(space)}")
     return space is not None and space == Box(-1.0, 1.0, (2,), np.float32)
 
 
-def _sb3_algorithm(path: Path, name: str) -> str:
-    """Return the name of the algorithm that can load a model file: TD3 for DDPG too, which is a TD3 with one critic."""
-    try:
-        data = model_data(path)
-    except ConfigError as error:
-        raise ConfigError(f"{name}: {error}") from None
+def _named(space: Any) -> str:
+    """Return kind and shape of a space; its own text may have many lines."""
+    return f"a {type(space).__name__} of shape {getattr(space, 'shape', None)}"
+
+
+def _sb3_algorithm(data: dict[str, Any], path: str | Path, name: str) -> str:
+    """Return the name of the algorithm that can load a model: TD3 for DDPG too, which is a TD3 with one critic."""
     policy = data.get("policy_class")
     module = str(policy.get("__module__", "")) if isinstance(policy, dict) else ""
     known = {
@@ -225,5 +254,6 @@ def _sb3_algorithm(path: Path, name: str) -> str:
         "stable_baselines3.td3.policies": "TD3",
     }
     if module not in known:
-        raise ConfigError(f"{name}: expected {path} to hold an A2C, DDPG, PPO, SAC or TD3 model, got {module or '?'}")
+        wanted = "an A2C, DDPG, PPO, SAC or TD3 model with a policy class of Stable-Baselines3"
+        raise ConfigError(f"{name}: expected {path} to hold {wanted}, got a policy class of {module or '?'}")
     return known[module]

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import argparse
+import contextlib
 import gc
 import os
 import re
@@ -101,7 +102,7 @@ def start() -> int:
     _prepare_output()
     gc.disable()
     try:
-        _import(sys.argv[1:2])
+        _import(sys.argv[1:])
     except KeyboardInterrupt:
         print("mapbench: interrupted", file=sys.stderr)
         return INTERRUPTED
@@ -119,11 +120,14 @@ def _prepare_output() -> None:
         setattr(sys, name, stream)
 
 
-def _import(names: Sequence[str]) -> None:
+def _import(arguments: Sequence[str]) -> None:
     """Import what a command needs, and start the process from which its workers are copied."""
-    for name in COMMANDS.keys() & set(names):
+    for name in COMMANDS.keys() & set(arguments[:1]):
         load_command(name)
         if name in WITH_WORKERS:
+            if any(part.endswith(".zip") for argument in arguments for part in argument.split(",")):
+                with contextlib.suppress(Exception):  # who loads the model says what is wrong
+                    import stable_baselines3  # noqa: F401 - or else each worker spends 3 s on importing torch
             from evolution.driving import copy_for_workers
 
             copy_for_workers()

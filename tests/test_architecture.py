@@ -48,6 +48,16 @@ def test_a_model_is_loaded_without_the_compiler_of_torch():
     assert "torch._dynamo" not in loaded
 
 
+@pytest.mark.slow
+@pytest.mark.parametrize(("controllers", "shared"), [("rpp,m=m.zip", True), ("rpp", False)])
+def test_workers_share_the_torch_of_a_command_that_names_a_model(controllers, shared):
+    pytest.importorskip("stable_baselines3")
+    code = "import sys, evolution.driving as driving, evolution.cli as cli; "
+    code += "driving.copy_for_workers = lambda: print(*sys.modules); "
+    loaded = run(f"{code}cli._import(['bench', 'map.yaml', '--controllers', {controllers!r}])").split()
+    assert ("torch" in loaded) == shared
+
+
 @pytest.mark.parametrize("arguments", [["--help"], [], ["bnch"]])
 def test_the_help_waits_for_no_imports(arguments):
     code = "import atexit, sys; atexit.register(lambda: print(*sys.modules)); import evolution.cli; evolution.cli.main("
