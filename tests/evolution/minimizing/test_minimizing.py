@@ -142,6 +142,8 @@ def recorded(job):
 
 
 def minimise(path, keep="rpp fails", workers=1, on_run=None, resume=False, grid=GRID, **more):
+    """Minimise, with one worker in this process, unless the executor is given."""
+    more = {"executor": fake_runs.IN_PROCESS if workers == 1 else "processes", **more}
     scenario = Scenario(grid, Pose(0.15, 0.15), Pose(0.85, 0.15), "hand")
     plan = JobPlan(fake_runs.CONTROLLERS[2:], fake_runs.WORLD, 3)
     verdict = read_verdict(keep, plan.names)
