@@ -201,7 +201,7 @@ def test_of_hundreds_of_maps_those_with_the_fewest_failures_are_eligible():
     assert few_enough(kept, 3) == kept
 
 
-@pytest.mark.parametrize("elite_seeds", [2, 20])
+@pytest.mark.parametrize("elite_seeds", [2, 7])
 def test_the_least_runs_allowed_suffice_to_validate_a_set(elite_seeds):
     stage = STAGE.replace(seeds=3, candidates=5, held_out_seeds=4)
     options = OPTIONS.replace(validation=stage, archive=True, elite_seeds=elite_seeds, pop_size=8, evaluations=8)
