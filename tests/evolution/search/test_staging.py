@@ -58,7 +58,7 @@ def search(**options):
             "pop_size": 10,
             "evaluations": 60,
         },
-        {"fitness": "pairs", "elite": True, "aggregate": "median", "evaluations": 20},
+        {"fitness": "pairs", "elite": True, "aggregate": "median"},
     ],
 )
 def test_a_search_in_stages_finds_the_same_with_fewer_runs(options, seed):
