@@ -21,16 +21,19 @@ ROOT = Path(__file__).resolve().parents[1]
 DOCUMENT = "README.md"
 INTERPRETERS = {"python": [sys.executable, "-W", "error::DeprecationWarning:__main__"], "bash": ["bash", "-e"]}
 TINY = """
-search: {archive: {elite_seeds: 0}, validation: {seeds: 2, candidates: 2, held_out_seeds: 2}}
+search:
+  shapes: {size: 60, n_obstacles: [2, 4]}
+  archive: {elite_seeds: 0}
+  validation: {seeds: 2, candidates: 2, held_out_seeds: 2}
 controllers: [dwb, rpp]
 run: {environment: {time_limit: 60.0}}
 """
 FEW = "--pop-size 2 --evaluations 2 --maps-per-set 2"
 REDUCED = {
     "evolve": f"{FEW} --config tiny.yaml",
-    "bench": "--repeats 1 --time-limit 60 --workers 1",
+    "bench": "--repeats 1 --time-limit 20 --workers 1",
     "maps": "--count 3",
-    "minimize": "--seeds 1 --held-out-seeds 1 --time-limit 20 --workers 1",
+    "minimize": "--seeds 1 --held-out-seeds 1 --time-limit 10 --workers 1",
 }
 """What is added to a command; of an option that is given twice, the last counts."""
 

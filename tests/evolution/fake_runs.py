@@ -8,7 +8,7 @@ import os
 import signal
 import sys
 import time
-from concurrent.futures import Executor, ProcessPoolExecutor
+from concurrent.futures import Executor, Future, ProcessPoolExecutor
 from dataclasses import replace
 from multiprocessing import get_context
 from pathlib import Path
@@ -31,6 +31,9 @@ SMALL = ShapeSettings(
     task_distance=2,
     cleared_distance=2,
 )
+WORKERS = "evolution.driving.executors:_processes"
+"""The worker processes, also where a test has put something else in their place."""
+IN_PROCESS = "tests.evolution.fake_runs:InProcess"
 CONTROLLERS = tuple(ControllerSpec(name=name) for name in ("dwb", "mppi", "rpp"))
 
 
@@ -154,6 +157,22 @@ def plain_pool(setup: WorkerSetup) -> Executor:
     context = get_context("forkserver")
     context.set_forkserver_preload([__name__])
     return ProcessPoolExecutor(setup.workers, mp_context=context, initializer=setup.prepare)
+
+
+class InProcess(Executor):
+    """Runs each job where it is submitted, without a warm-up: for runs that take no time."""
+
+    def __init__(self, _setup: WorkerSetup) -> None:
+        """Need no setup."""
+
+    def submit(self, function, /, *arguments, **options):
+        """Return the finished future of a call."""
+        future: Future[RunResult] = Future()
+        try:
+            future.set_result(function(*arguments, **options))
+        except Exception as error:
+            future.set_exception(error)
+        return future
 
 
 def no_pool(setup: WorkerSetup) -> Executor:

@@ -11,12 +11,13 @@ import numpy as np
 import pytest
 
 from controllers.nav2_params.presets import overlay
+from evolution.driving import EXECUTORS
 from evolution.driving.jobs import Job, RunResult
 from evolution.search import experiment_of
 from evolution.studies import StudySettings
 from evolution.studies.baselines.path_length import PLANNER
 from gym_mapbench.metrics.episode import Episode, Event
-from tests.evolution.fake_runs import SMALL, WORLD
+from tests.evolution.fake_runs import SMALL, WORLD, InProcess
 
 OPTIONS = {
     "search": {"shapes": SMALL.model_dump(mode="json")},
@@ -82,6 +83,11 @@ def use_fakes(patch: pytest.MonkeyPatch) -> None:
     patch.setattr("evolution.studies.running.run_study_job", run_study_job)
     patch.setattr("evolution.studies.running.preparation_of", lambda _: None)
     patch.setattr("evolution.pictures.run_figures.drive", drive)
+
+
+def use_no_workers(patch: pytest.MonkeyPatch) -> None:
+    """Run the jobs of this process in this process, unless their executor is named."""
+    patch.setitem(EXECUTORS._entries, "processes", InProcess)
 
 
 def small_study(**changes) -> StudySettings:

@@ -14,12 +14,13 @@ import pytest
 from evolution import load, study
 from evolution.api import compose
 from evolution.cli import main
-from evolution.driving import Evaluator, RunResult
+from evolution.driving import Evaluator, Resources, RunResult
 from evolution.report import write_report
 from evolution.runs import RunDir
 from evolution.search import evolve, experiment_of
 from evolution.studies import StudySettings, load_results, run_study
 from gym_mapbench.errors import UntrustedError
+from tests.evolution.fake_runs import IN_PROCESS
 from tests.evolution.fake_study import part_of
 from tests.faults.samples import QUICK
 
@@ -54,7 +55,7 @@ def recorded(tmp_path_factory):
     """The directory of a search, whose runs were not driven."""
     path = tmp_path_factory.mktemp("recorded") / "run"
     experiment = experiment_of(compose("thesis", {"search": QUICK, "controllers": ["dwb", "rpp"], "run": WORLD}))
-    with Evaluator(drive) as evaluator:
+    with Evaluator(drive, executor=IN_PROCESS) as evaluator:
         evolve(experiment, evaluator, RunDir.create(path, experiment))
     return path
 
@@ -127,7 +128,7 @@ WORLDS = [
 
 
 @pytest.mark.parametrize("change", WORLDS)
-def test_a_report_shows_all_but_the_replays(recorded, folder, capsys, change):
+def test_a_report_shows_all_but_the_replays(recorded, folder, blank_figures, capsys, change):
     receive(recorded, folder, change)
     assert main(["report", "got", "--out", "page.html"]) == 0
     assert "There are no replays: got/config.json: " in capsys.readouterr().err
@@ -154,7 +155,7 @@ def real_study(tmp_path_factory):
     with pytest.MonkeyPatch.context() as patch:
         patch.setattr("evolution.studies.running.run_study_job", drive)
         patch.setattr("evolution.studies.running.preparation_of", lambda _: None)
-        run_study(settings, path)
+        run_study(settings, path, resources=Resources(executor=IN_PROCESS))
     return path
 
 
@@ -199,7 +200,7 @@ IN_STUDIES = [
 
 
 @pytest.mark.parametrize("change", IN_STUDIES)
-def test_a_report_of_a_study_shows_all_but_the_replays(real_study, folder, capsys, change):
+def test_a_report_of_a_study_shows_all_but_the_replays(real_study, folder, blank_figures, capsys, change):
     receive_study(real_study, folder, change)
     assert main(["report", "got", "--out", "page.html"]) == 0
     said = [line for line in capsys.readouterr().err.splitlines() if "no replays" in line]

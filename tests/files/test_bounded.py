@@ -25,6 +25,7 @@ from evolution.validation.recorded import read_json as read_recorded_json
 from gym_mapbench.costmap import CostmapParams
 from gym_mapbench.env.config import EnvConfig
 from gym_mapbench.errors import ConfigError, MapBenchError, MapFormatError, RunError
+from gym_mapbench.files import bounded
 from gym_mapbench.files.bounded import read_arrays, read_bytes
 from gym_mapbench.files.documents import MAX_NODES, parse_yaml, read_yaml
 from gym_mapbench.mapio import load_maps
@@ -143,7 +144,8 @@ def test_a_long_number_to_the_base_of_60_is_a_text():
 
 
 @pytest.mark.parametrize("kind", READERS)
-def test_no_reader_waits_for_a_pipe_that_nobody_writes_to(kind, tmp_path):
+def test_no_reader_waits_for_a_pipe_that_nobody_writes_to(kind, tmp_path, monkeypatch):
+    monkeypatch.setattr(bounded, "NOBODY_SECONDS", 0.05)
     os.mkfifo(tmp_path / "a.yaml")
     assert "a pipe that nobody writes to" in refusal(READERS[kind], tmp_path / "a.yaml")
 

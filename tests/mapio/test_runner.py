@@ -134,7 +134,7 @@ ALL = [
 
 def test_one_failed_teleport_costs_one_run(bundle, ros, tmp_path, monkeypatch, capsys):
     runner = load(bundle[1] / "run_benchmark.py", "exported_runner")
-    monkeypatch.setattr(runner, "SERVICE_TIMEOUT", 0.5)
+    monkeypatch.setattr(runner, "time", SimpleNamespace(monotonic=lambda: ros.time))
     ros.stuck = {2}
     out = tmp_path / "times.csv"
     assert runner.main(["--out", str(out)]) == 0
@@ -167,12 +167,13 @@ def test_an_interrupted_benchmark_goes_on(bundle, ros, tmp_path, driven):
 
 def test_a_map_that_does_not_start_leaves_the_others(bundle, ros, tmp_path, monkeypatch, capsys):
     runner = load(bundle[1] / "run_benchmark.py", "exported_runner")
-    monkeypatch.setattr(runner, "START_TIMEOUT", 0.3)
+    monkeypatch.setattr(runner, "time", SimpleNamespace(monotonic=lambda: ros.time))
     ros.ready = False
     assert runner.main(["--out", str(tmp_path / "times.csv")]) == 1
     assert "not driven to the end: map_0, map_1; --resume tries again" in capsys.readouterr().err
     assert runs_in(tmp_path / "times.csv") == []
     assert len(ros.launched) == 2
+    assert ros.time == pytest.approx(2 * runner.START_TIMEOUT, abs=5.0)
 
 
 @pytest.mark.parametrize(

@@ -152,7 +152,10 @@ class _Reader:
         except UntrustedError:
             read, run = RecordedExperiment.read, {}
         found = read(rundir.config, str(path))
-        said = read(overlay(rundir.config, {**stated, "run": run}), str(path))
+        laid_over = overlay(rundir.config, {**stated, "run": run})
+        if laid_over == rundir.config:
+            return found
+        said = read(laid_over, str(path))
         for name, was, now in differences(found.document(), said.document()):
             raise RunError(f"{path}: belongs to another experiment: {name} is {was!r:.80}, expected {now!r:.80}")
         return found

@@ -100,7 +100,7 @@ def names(client):
 
 @pytest.mark.slow
 def test_the_same_files_though_a_worker_is_killed_and_another_comes(tmp_path, machines, client):
-    run(tmp_path / "processes")
+    run(tmp_path / "processes", executor="processes")
     seen = []
 
     def kill_and_add(job, _result, _left):

@@ -146,6 +146,8 @@ def recorded(job):
 
 
 def minimise(path, keep="rpp fails", workers=1, on_run=None, resume=False, grid=GRID, name="hand", **more):
+    """Minimise, with one worker in this process, unless the executor is given."""
+    more = {"executor": fake_runs.IN_PROCESS if workers == 1 else "processes", **more}
     scenario = Scenario(grid, Pose(0.15, 0.15), Pose(0.85, 0.15), name)
     plan = JobPlan(fake_runs.CONTROLLERS[2:], fake_runs.WORLD, 3)
     verdict = read_verdict(keep, plan.names)
@@ -249,7 +251,7 @@ def test_a_damaged_result_is_refused_in_one_line(no_robot, tmp_path):
         load(tmp_path / "out")
     summary.write_text(before)
     maps.write_text(json.dumps({**document, "maps": document["maps"][:1]}))
-    with pytest.raises(RunError, match=r"maps.json: expected the original and the smallest map, got 1 map; --resume makes it again"):
+    with pytest.raises(RunError, match=r"maps.json: expected the original and the smallest map, got 1 map; --resume"):
         load(tmp_path / "out")
 
 

@@ -24,7 +24,7 @@ def recorded(job):
 
 @pytest.fixture(scope="module")
 def atlas():
-    with Evaluator(fake_runs.drive) as evaluator:
+    with Evaluator(fake_runs.drive, executor=fake_runs.IN_PROCESS) as evaluator:
         return Atlas(EXPERIMENT, SETTINGS, search_atlas(EXPERIMENT, SETTINGS, evaluator))
 
 

@@ -24,14 +24,18 @@ EXPERIMENT = Experiment(
 SETTINGS = AtlasSettings(runs=120, cells=7, repeats=2, held_out_seeds=3, batch=4)
 
 
+def executor_of(workers):
+    return fake_runs.IN_PROCESS if workers == 1 else "processes"
+
+
 def search(settings=SETTINGS, drive=fake_runs.drive, workers=1, on_run=None):
-    with Evaluator(drive, workers=workers) as evaluator:
+    with Evaluator(drive, workers=workers, executor=executor_of(workers)) as evaluator:
         return search_atlas(EXPERIMENT, settings, evaluator, on_run=on_run)
 
 
 def fill(path, workers=1, on_run=None, resume=False):
-    options = {"resources": resources.Resources(workers=workers), "on_run": on_run, "resume": resume}
-    return run_atlas(EXPERIMENT, SETTINGS, path, **options)
+    there = resources.Resources(workers=workers, executor=executor_of(workers))
+    return run_atlas(EXPERIMENT, SETTINGS, path, resources=there, on_run=on_run, resume=resume)
 
 
 @pytest.fixture

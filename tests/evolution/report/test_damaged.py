@@ -64,9 +64,26 @@ def first_lines(path, number):
     return "".join(path.read_text().splitlines(keepends=True)[:number])
 
 
+PAIR = small_study(configurations=small_study().model_dump(mode="json")["configurations"][:2])
+
+
+@pytest.fixture(scope="module")
+def pair_path(tmp_path_factory):
+    """Directory of a finished study of two configurations; not to be changed."""
+    path = tmp_path_factory.mktemp("pair") / "s"
+    run_study(PAIR, path)
+    return path
+
+
+@pytest.fixture
+def pair(pair_path, tmp_path):
+    """A copy of the small study that a test may spoil."""
+    return shutil.copytree(pair_path, tmp_path / "s")
+
+
 @pytest.fixture
 def study(study_path, tmp_path):
-    """A copy that a test may spoil."""
+    """A copy of the whole study that a test may spoil."""
     return shutil.copytree(study_path, tmp_path / "s")
 
 
@@ -102,21 +119,21 @@ IDS = [f"{name}: {message}" for name, _, message in OF_A_RUN]
 
 
 @pytest.mark.parametrize(("name", "damage", "message"), OF_A_RUN, ids=IDS)
-def test_a_damaged_run_is_left_out_of_its_study(study, name, damage, message):
-    path = study / "runs" / "gini_6" / "seed-0000"
+def test_a_damaged_run_is_left_out_of_its_study(pair, name, damage, message):
+    path = pair / "runs" / "gini_6" / "seed-0000"
     spoil(path / name, damage)
-    results = load_results(study)
+    results = load_results(pair)
     (line,) = about(results, RUN)
     assert line.startswith(f"{RUN}: {path / name}: ")
     assert message in line
-    assert line.endswith(f"; to repeat the run: rm -r {path} and then mapbench study {study}{AGAIN}")
-    assert len(results.runs) == 14 - 1
+    assert line.endswith(f"; to repeat the run: rm -r {path} and then mapbench study {pair}{AGAIN}")
+    assert len(results.runs) == 4 - 1
     write_tables(results)
 
 
 @pytest.mark.parametrize(("name", "damage", "message"), OF_A_RUN, ids=IDS)
-def test_a_damaged_run_of_its_own_is_one_line(study, name, damage, message):
-    path = study / "runs" / "gini_6" / "seed-0000"
+def test_a_damaged_run_of_its_own_is_one_line(pair, name, damage, message):
+    path = pair / "runs" / "gini_6" / "seed-0000"
     spoil(path / name, damage)
     with pytest.raises(RunError) as caught:
         load_run(path)
@@ -140,8 +157,8 @@ def test_a_damaged_run_of_its_own_is_one_line(study, name, damage, message):
         ("individuals.csv", "generation,fitness,map_set\n4,1.0,a\n", "line 1: map_1: is missing"),
     ],
 )
-def test_what_only_some_readers_look_into_is_one_line(study, name, damage, message):
-    whole = load_results(study)
+def test_what_only_some_readers_look_into_is_one_line(pair, name, damage, message):
+    whole = load_results(pair)
     best, other = sorted(whole.of("gini_6"), key=lambda run: run.fitness)
     path = best.path
     spoil(path / name, first_lines(path / name, damage) if isinstance(damage, int) else damage)
@@ -149,17 +166,17 @@ def test_what_only_some_readers_look_into_is_one_line(study, name, damage, messa
         load_run(path)
     assert str(caught.value).startswith(f"{path / name}: ")
     assert message in str(caught.value)
-    results = load_results(study)
+    results = load_results(pair)
     (line,) = about(results, f"gini_6, seed {best.seed}")
     assert f": {path / name}: " in line
-    assert line.endswith(f"; to repeat the run: rm -r {path} and then mapbench study {study}{AGAIN}")
+    assert line.endswith(f"; to repeat the run: rm -r {path} and then mapbench study {pair}{AGAIN}")
     assert [run.seed for run in results.of("gini_6")] == [other.seed]
     assert drive_best_sets(results)[0].run.path == other.path
 
 
 @pytest.mark.parametrize("damage", [None, b"", b"PK\x03\x04 no archive"])
-def test_damaged_maps_are_one_line(study, damage):
-    path = study / "runs" / "gini_6" / "seed-0000"
+def test_damaged_maps_are_one_line(pair, damage):
+    path = pair / "runs" / "gini_6" / "seed-0000"
     for file in (path / "maps").iterdir():
         file.unlink() if damage is None else file.write_bytes(damage)
     with pytest.raises(RunError, match=r"maps.*: (cannot be read|\d+ of the driven maps are missing)"):
@@ -178,29 +195,29 @@ OF_A_REEVALUATION = [
 
 
 @pytest.mark.parametrize(("damage", "message"), OF_A_REEVALUATION, ids=[message for _, message in OF_A_REEVALUATION])
-def test_a_damaged_reevaluation_is_said_and_driven_again(study, study_path, damage, message):
-    path = study / "reevaluation" / "gini_6" / "seed-0000.json"
+def test_a_damaged_reevaluation_is_said_and_driven_again(pair, pair_path, damage, message):
+    path = pair / "reevaluation" / "gini_6" / "seed-0000.json"
     spoil(path, damage)
-    results = load_results(study)
+    results = load_results(pair)
     (line,) = about(results, RUN)
     assert line.startswith(f"{RUN}: {path}: ")
     assert message in line
-    assert line.endswith(f"; mapbench study {study}{AGAIN} repeats it")
+    assert line.endswith(f"; mapbench study {pair}{AGAIN} repeats it")
     assert results.runs[0].reevaluation is None
     write_tables(results)
-    again = run_study(small_study(), study, resume=True)
+    again = run_study(PAIR, pair, resume=True)
     assert again.missing == ()
-    assert lasting_files(study / "reevaluation") == lasting_files(study_path / "reevaluation")
+    assert lasting_files(pair / "reevaluation") == lasting_files(pair_path / "reevaluation")
 
 
 @pytest.mark.parametrize("libraries", [None, [], {"numpy": 2}])
-def test_a_study_of_unknown_libraries_is_reported(study, libraries):
-    spoil(study / STUDY.mark, with_value(libraries, "libraries"))
-    results = load_results(study)
-    assert len(results.runs) == 14
+def test_a_study_of_unknown_libraries_is_reported(pair, libraries):
+    spoil(pair / STUDY.mark, with_value(libraries, "libraries"))
+    results = load_results(pair)
+    assert len(results.runs) == 4
     assert results.libraries == {}
     (line,) = results.missing
-    assert line.startswith(f"{study / STUDY.mark}: libraries")
+    assert line.startswith(f"{pair / STUDY.mark}: libraries")
     assert line.endswith("the versions it was run with are unknown")
 
 
@@ -242,27 +259,27 @@ def test_a_run_of_another_experiment_is_left_out(study):
     assert len(results.runs) == 14 - 2
 
 
-def test_who_wrote_it_is_said(study):
-    for path in (study / STUDY.mark, *(study / "runs").rglob("config.json")):
+def test_who_wrote_it_is_said(pair, blank_figures):
+    for path in (pair / STUDY.mark, *(pair / "runs").rglob("config.json")):
         spoil(path, with_value("0.0.1", "version"))
-    (line,) = load_results(study).missing
+    (line,) = load_results(pair).missing
     assert line.startswith("written by mapbench 0.0.1; read and replayed by mapbench ")
-    path = study / "runs" / "gini_6" / "seed-0000"
+    path = pair / "runs" / "gini_6" / "seed-0000"
     spoil(path / "config.json", with_value("1.0.0", "libraries", "numba"))
     spoil(path / "config.json", with_value("0.0.2", "version"))
-    assert "written by mapbench 0.0.2, numba 1.0.0" in about(load_results(study), RUN)[0]
+    assert "written by mapbench 0.0.2, numba 1.0.0" in about(load_results(pair), RUN)[0]
     assert "written by mapbench 0.0.2, numba 1.0.0" in write_report(path).read_text()
 
 
-def test_runs_that_ended_in_an_error_are_said(study):
+def test_runs_that_ended_in_an_error_are_said(pair):
     def fail(document):
         for run in document["maps"][0]["runs"]["rpp"]:
             run |= {"outcome": "error", "reason": "ValueError: upside down"}
         return document
 
-    spoil(study / "runs" / "gini_6" / "seed-0000" / "best_results.json", fail)
-    spoil(study / "reevaluation" / "gini_12" / "seed-0001.json", fail)
-    results = load_results(study)
+    spoil(pair / "runs" / "gini_6" / "seed-0000" / "best_results.json", fail)
+    spoil(pair / "reevaluation" / "gini_12" / "seed-0001.json", fail)
+    results = load_results(pair)
     assert results.missing == (
         f"{RUN}: 1 of 9 runs on the best set in the search ended in an error, the first of rpp: "
         "ValueError: upside down",
@@ -289,8 +306,8 @@ def test_a_page_of_many_damages(study):
     assert steps == ["re-running the best map set of 5 configurations for the replays"]
 
 
-def test_a_damaged_run_cannot_be_reported_alone(study, capsys):
-    path = study / "runs" / "gini_6" / "seed-0000"
+def test_a_damaged_run_cannot_be_reported_alone(pair, capsys):
+    path = pair / "runs" / "gini_6" / "seed-0000"
     spoil(path / "checkpoint.json", "{}")
     assert main(["report", str(path)]) == 2
     error = capsys.readouterr().err

@@ -167,6 +167,7 @@ def test_equal_studies_give_equal_pages(results, best_sets):
     assert pages[0] == pages[1]
 
 
+@pytest.mark.usefixtures("blank_figures")
 def test_a_partial_study_says_what_is_missing(study_path, tmp_path):
     path = part_of(study_path, tmp_path / "part", ["gini_6"])
     shutil.rmtree(path / "reevaluation")
@@ -218,6 +219,7 @@ def test_what_holds_by_construction_is_marked(page):
     assert page.text.count("Pairs by construction are not tested") == 1
 
 
+@pytest.mark.usefixtures("blank_figures")
 def test_long_names_of_judges_are_short_names_of_files(results, tmp_path):
     long = {"pattern_weight": 21.125, "unevenness_weight": 2.0625, "base_cost": 99.0, "timeout_cost": 11.0}
     run = results.runs[0]
@@ -232,6 +234,7 @@ def test_long_names_of_judges_are_short_names_of_files(results, tmp_path):
     assert max(map(len, names)) < 110
 
 
+@pytest.mark.usefixtures("blank_figures")
 def test_comparisons_are_made_once(results, best_sets, monkeypatch, tmp_path):
     analysis = analyse(results)
     made = []
@@ -253,6 +256,7 @@ def test_a_run_has_a_page_of_its_own(study_path, tmp_path):
     assert page.data.count('"controller":"dwb"') == 3
 
 
+@pytest.mark.usefixtures("blank_figures")
 def test_files_of_others_are_left_alone(study_path, tmp_path):
     shutil.copytree(study_path / "runs" / "gini_6" / "seed-0000", tmp_path / "run")
     mine = tmp_path / "mine.html"
@@ -400,6 +404,7 @@ def run_path(study_path, tmp_path):
     return shutil.copytree(study_path / "runs" / "gini_6" / "seed-0000", tmp_path / "run")
 
 
+@pytest.mark.usefixtures("blank_figures")
 def test_sections_of_ones_own(run_path):
     names = [f"{HERE}:{name}" for name in ("best_fitness", "silent", "lost", "mistaken", "uneven")]
     page = Page(write_report(run_path, sections=names).read_text())

@@ -14,6 +14,7 @@ from evolution.runs import RUN, RunDir, exclusive_store
 from evolution.search import evolve
 from gym_mapbench.errors import RunError
 from tests.evolution import fake_study
+from tests.evolution.fake_runs import IN_PROCESS
 from tests.evolution.fake_study import read_experiment
 
 SEARCH = {"pop_size": 4, "evaluations": 16, "seed": 3}
@@ -25,7 +26,7 @@ def run(path, on_generation=None):
     rundir = RunDir.open(path) if RUN.holds(path) else RunDir.create(path, experiment)
     with (
         exclusive_store(RUN, rundir.path, 0.0) as store,
-        Evaluator(fake_study.run_job, store) as evaluator,
+        Evaluator(fake_study.run_job, store, executor=IN_PROCESS) as evaluator,
     ):
         evolve(experiment, evaluator, rundir, on_generation=on_generation)
         return evaluator.driven

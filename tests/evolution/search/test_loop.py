@@ -24,7 +24,7 @@ from evolution.search.settings import EvolveSettings
 from gym_mapbench.errors import ConfigError, RunError
 from gym_mapbench.generator import build_genome, interior, is_drivable, sample_map
 from gym_mapbench.mapio.map_set_file import read_map_set
-from tests.evolution.fake_runs import CONTROLLERS, SMALL, WORLD, drive, never
+from tests.evolution.fake_runs import CONTROLLERS, IN_PROCESS, SMALL, WORLD, drive, never
 
 SEARCH = EvolveSettings(pop_size=8, evaluations=44, shapes=SMALL, seed=5)
 EXPERIMENT = Experiment(SEARCH, CONTROLLERS, WORLD)
@@ -34,12 +34,14 @@ def with_search(**options):
     return Experiment(SEARCH.replace(**options), CONTROLLERS, WORLD)
 
 
-def run(path, experiment=EXPERIMENT, workers=1, run_job=drive, store=None, executor="processes", **options):
+def run(path, experiment=EXPERIMENT, workers=1, run_job=drive, store=None, executor=None, **options):
     rundir = RunDir.create(path, experiment)
     return go_on(rundir, experiment, workers, run_job, store, executor, **options)
 
 
-def go_on(rundir, experiment=EXPERIMENT, workers=1, run_job=drive, store=None, executor="processes", **options):
+def go_on(rundir, experiment=EXPERIMENT, workers=1, run_job=drive, store=None, executor=None, **options):
+    """Continue a search, with one worker in this process, unless the executor is given."""
+    executor = executor or (IN_PROCESS if workers == 1 else "processes")
     with (
         ResultStore(store or rundir.store_path) as results,
         Evaluator(run_job, results, workers=workers, executor=executor) as evaluator,
@@ -141,7 +143,7 @@ def kill_at(job, result, _):
         os.kill(os.getpid(), signal.SIGKILL)
 
 if __name__ == "__main__":
-    run({path!r}, run_job=drive_slowly, on_run=kill_at)
+    run({path!r}, run_job=drive_slowly, executor="processes", on_run=kill_at)
 """
 
 
@@ -232,7 +234,7 @@ def test_cluster_scale_is_calibrated_once_and_written_down(tmp_path):
 
 
 def test_random_search_samples_anew():
-    with Evaluator(drive) as evaluator:
+    with Evaluator(drive, executor=IN_PROCESS) as evaluator:
         result = evolve(with_search(algorithm="random", repeats=2, staged=False), evaluator)
     maps = [row[f"map_{i}"] for row in result.record.individuals for i in (1, 2, 3)]
     assert len(set(maps)) == len(maps) == 3 * 44
@@ -246,7 +248,7 @@ def test_maps_and_fitness_can_be_the_callers():
         cells[10:20, int(rng.integers(8, 22))] = True
         return cells
 
-    with Evaluator(drive) as evaluator:
+    with Evaluator(drive, executor=IN_PROCESS) as evaluator:
         search = with_search(evaluations=8, maps_per_set=2)
         result = evolve(search, evaluator, draw_map=one_wall)
     assert all(one.map.occupancy[15].sum() == 3 for found in result.population for one in found.map_set)
@@ -260,7 +262,7 @@ def test_workers_start_before_the_first_maps_are_drawn(monkeypatch):
         assert started == [True]
         return sample_map(rng, shapes)
 
-    with Evaluator(drive) as evaluator:
+    with Evaluator(drive, executor=IN_PROCESS) as evaluator:
         evolve(with_search(evaluations=8), evaluator, draw_map=drawn)
 
 

@@ -2,11 +2,9 @@
 
 from __future__ import annotations
 
-from concurrent.futures import Executor, Future
-
 import numpy as np
 
-from evolution.driving import DriveSettings, Job, RunResult, WorkerSetup
+from evolution.driving import DriveSettings, Job, RunResult
 from evolution.tuning import ParameterText, SearchSpace, TuneSettings, TuningPlan, text_of_settings
 from gym_mapbench.env.config import EnvConfig
 from gym_mapbench.env.scenario_source import draw_scenario
@@ -48,18 +46,6 @@ def run_job(job: Job) -> RunResult:
     time_s = 10.0 + 20.0 * miss + float(rng.uniform(0, 1))
     outcome = "timeout" if rng.random() < miss else "goal"
     return RunResult(outcome, time_s, 3.0, seed=job.seed, metrics={"min_clearance": 0.3 - 0.2 * ahead})
-
-
-class InProcess(Executor):
-    """Runs each job where it is submitted."""
-
-    def __init__(self, setup: WorkerSetup) -> None:
-        setup.prepare()
-
-    def submit(self, function, /, *arguments, **options):
-        future = Future()
-        future.set_result(function(*arguments, **options))
-        return future
 
 
 def drive(job: Job) -> Episode:

@@ -19,10 +19,11 @@ from gym_mapbench.errors import ConfigError, RunError
 from gym_mapbench.mapio import save_map_set
 from gym_mapbench.world.gridmap import GridMap
 from gym_mapbench.world.scenario import MapSet, Pose, Scenario
+from tests.evolution.fake_runs import IN_PROCESS
 from tests.evolution.tuning import fakes
 
 pytestmark = pytest.mark.usefixtures("fake_tuning")
-SMALL = ["--robot-radius", "0.07", "--executor", "tests.evolution.tuning.fakes:InProcess", "--workers", "1"]
+SMALL = ["--robot-radius", "0.07", "--executor", IN_PROCESS, "--workers", "1"]
 FILE = "examples/nav2_params.yaml"
 
 
@@ -145,7 +146,7 @@ def test_from_python(folder, tmp_path):
         space=folder / "space.yaml",
         trials=4,
         robot=fakes.WORLD.robot,
-        executor="tests.evolution.tuning.fakes:InProcess",
+        executor=IN_PROCESS,
         workers=1,
     )
     assert len(result.to_pandas("trials")) == 4

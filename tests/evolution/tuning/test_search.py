@@ -17,10 +17,11 @@ from evolution.tuning.search import Searched, search
 from evolution.tuning.validation import Finalist, dominates, finalists_among, front_of
 from evolution.tuning.verdict import CostDifference, verdict_of
 from gym_mapbench.errors import ConfigError, RunError
+from tests.evolution.fake_runs import IN_PROCESS
 from tests.evolution.tuning import fakes
 
 pytestmark = pytest.mark.usefixtures("fake_tuning")
-DIRECT = Resources(workers=1, executor="tests.evolution.tuning.fakes:InProcess")
+DIRECT = Resources(workers=1, executor=IN_PROCESS)
 
 
 def tune(path, plan=None, **options):
