@@ -14,7 +14,7 @@ from evolution.benchmark import Benchmark
 from evolution.cli import main
 from evolution.commands.bench import print_benchmark
 from evolution.report.writing import write_report
-from tests.evolution.fake_study import part_of
+from tests.evolution.fake_study import part_of, use_fakes
 
 OFFICE = Path(__file__).resolve().parents[3] / "examples" / "office.yaml"
 
@@ -46,8 +46,8 @@ def contents(path):
     return {str(one): one.read_bytes() for one in sorted(path.rglob("*")) if one.is_file()}
 
 
-@pytest.mark.usefixtures("fake_driving")
-def test_a_report_elsewhere_writes_nothing_into_the_directory(study_path, tmp_path):
+def test_a_report_elsewhere_writes_nothing_into_the_directory(study_path, tmp_path, monkeypatch):
+    use_fakes(monkeypatch)
     study = part_of(study_path, tmp_path / "study", ["gini_6"])
     before = contents(study)
     for path in (study, study / "runs" / "gini_6" / "seed-0000"):
