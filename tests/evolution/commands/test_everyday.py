@@ -185,7 +185,7 @@ def test_the_doctor_clears_kernels(tmp_path, capsys, monkeypatch):
     found = 2 * [SimpleNamespace(stats=SimpleNamespace(cache_path=str(tmp_path)))]
     monkeypatch.setattr(kernel_files, "kernels", lambda: found)
     for line in (
-        "deleted 1 compiled kernels (0.1 MB in 3 files)\n",
+        "deleted 1 compiled kernel (0.1 MB in 3 files)\n",
         "deleted 0 compiled kernels (0.0 MB in 0 files)\n",
     ):
         assert main(["doctor", "--clear-kernels"]) == 0

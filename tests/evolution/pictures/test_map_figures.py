@@ -102,8 +102,10 @@ def test_an_outcome_appears_when_its_run_ends():
 
 def test_a_film_draws_the_footprint_of_a_robot_that_has_one():
     footprint = ((0.3, 0.1), (-0.2, 0.1), (-0.2, -0.1), (0.3, -0.1))
-    turned = replace(straight("dwb", 1.0), robot=RobotSpec(footprint=footprint))
-    turned.trajectory[0, :3] = 1.0, 1.0, np.pi / 2
+    run = straight("dwb", 1.0)
+    trajectory = run.trajectory.copy()
+    trajectory[0, :3] = 1.0, 1.0, np.pi / 2
+    turned = replace(run, robot=RobotSpec(footprint=footprint), trajectory=trajectory)
     _, (axes,) = new_figure()
     _draw_map_at(axes, [turned, straight("rpp", 1.0)], 0.0)
     drawn, disc = axes.patches[-2:]

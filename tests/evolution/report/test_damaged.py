@@ -311,4 +311,5 @@ def test_a_damaged_run_cannot_be_reported_alone(pair, capsys):
     spoil(path / "checkpoint.json", "{}")
     assert main(["report", str(path)]) == 2
     error = capsys.readouterr().err
-    assert error == f"mapbench report: {path / 'checkpoint.json'}: generation: is missing\n"
+    assert error.startswith(f"mapbench report: {path / 'checkpoint.json'}: generation: is missing; delete it: --resume")
+    assert error.count("\n") == 1
