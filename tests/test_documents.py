@@ -22,7 +22,7 @@ DOCUMENT = "README.md"
 INTERPRETERS = {"python": [sys.executable, "-W", "error::DeprecationWarning:__main__"], "bash": ["bash", "-e"]}
 TINY = """
 search:
-  shapes: {size: 60, n_obstacles: [2, 4]}
+  shapes: {size: 64, n_obstacles: [2, 4]}
   archive: {elite_seeds: 0}
   validation: {seeds: 2, candidates: 2, held_out_seeds: 2}
 controllers: [dwb, rpp]
