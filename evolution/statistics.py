@@ -135,6 +135,7 @@ def _medians_of_resamples(ordered: NDArray[np.float64]) -> tuple[NDArray[np.floa
 def wilson_interval(successes: float, n: int) -> tuple[float, float]:
     """Wilson's interval of a share; (0, 1) if there is no trial.
 
+    ``successes`` need not be whole, as copies of a run count once.
     Source: Newcombe (1998), method 3. These are the bits of ``scipy.stats``, which takes a second to import.
     """
     if n == 0:

@@ -28,7 +28,15 @@ from evolution.benchmark.configurations import (
     run_configurations,
 )
 from evolution.benchmark.directory import BENCHMARK, begin_benchmark, benchmark_document, map_options
-from evolution.benchmark.paired import PairedComparison, Trial, compare_paired, compare_rows, copies_in_words
+from evolution.benchmark.paired import (
+    PairedComparison,
+    Trial,
+    compare_paired,
+    compare_rows,
+    copies_in_words,
+    many_maps,
+    units_in_words,
+)
 from evolution.benchmark.parameter_differences import parameter_rows
 from evolution.benchmark.parameter_sweep import SweptParameter, read_sweep, sweep, swept_controllers
 from evolution.benchmark.reading import read_bench
@@ -71,6 +79,7 @@ __all__ = [
     "correlation_with",
     "differences_in_words",
     "load_barn",
+    "many_maps",
     "map_options",
     "official_lengths",
     "our_times",
@@ -95,6 +104,7 @@ __all__ = [
     "table_of_scores",
     "time_lost",
     "times_of_results",
+    "units_in_words",
     "verdict_of_comparison",
     "verdict_of_pairs",
     "without_people",

@@ -5,9 +5,8 @@ from __future__ import annotations
 from collections.abc import Sequence
 
 from evolution.benchmark.configurations import ParameterComparison
-from evolution.benchmark.paired import copies_in_words
+from evolution.benchmark.paired import copies_in_words, many_maps, units_in_words
 from evolution.files import Row, counted
-from evolution.statistics import FEWEST_FOR_INTERVAL
 
 LEVEL = 0.05
 """Significance level of the p-values, which Holm has corrected."""
@@ -87,8 +86,7 @@ def _of_pair(comparison: ParameterComparison, pair: Row) -> list[str]:
     a, b = pair["first"], pair["second"]
     goals = {name: sum(row["outcome"] == "goal" for row in comparison.sides[name]) for name in (a, b)}
     runs = {name: len(comparison.sides[name]) for name in (a, b)}
-    of_maps = len({row["map"] for row in comparison.sides[a]}) >= FEWEST_FOR_INTERVAL
-    units = counted(pair["n"], *(("map",) if of_maps else ("pair of runs", "pairs of runs")))
+    units = units_in_words(pair["n"], many_maps(row["map"] for row in comparison.sides[a]))
     success = (
         f"{b} reaches the goal in {goals[b]} of {counted(runs[b], 'run')}, {a} in {goals[a]} of {runs[a]}. {b} is "
         f"better on {pair['wins']} of {units}, {a} on {pair['losses']} ({_p(pair['p_success_holm'])})."

@@ -16,15 +16,15 @@ from typing import NamedTuple
 
 import numpy as np
 
-from evolution.files import Row
+from evolution.files import Row, counted
 from evolution.statistics import FEWEST_FOR_INTERVAL, bootstrap_interval
 
 BOOTSTRAP_SEED = 0
 NOT_MEASURED = frozenset({"configuration", "controller", "repeat", "seed", "controller_ms"})
 """Columns in which a copy of a run may differ from it; ``controller_ms`` is wall-clock time."""
 COPIES = (
-    "{} of {} runs are equal in every measure to another run of their controller and map. They count once in "
-    "intervals and tests; with --noise runs differ."
+    "Copies of other runs, equal to them in every measure: {} of {}. They count once in intervals and tests; with "
+    "--noise runs differ."
 )
 
 
@@ -99,6 +99,16 @@ def many_maps(names: Iterable[str]) -> bool:
     return len({*names}) >= FEWEST_FOR_INTERVAL
 
 
+def units_in_words(n: int, many: bool) -> str:
+    """Return the number of units in words.
+
+    Args:
+        n: Their number.
+        many: As for :func:`units`.
+    """
+    return counted(n, "map") if many else counted(n, "pair of runs", "pairs of runs")
+
+
 def units(values: Sequence[tuple[str, float]], many: bool) -> list[float]:
     """Return the mean of each map's values if the units are maps, else the values.
 
@@ -138,19 +148,19 @@ def paired_rows(first: Sequence[Row], second: Sequence[Row]) -> list[tuple[Row, 
 
 
 def distinct_rows(rows: Sequence[Row]) -> list[Row]:
-    """Return the runs of one side without those that are equal to an earlier run in every measure."""
-    return list({_measures(row): row for row in reversed(rows)}.values())[::-1]
+    """Return the runs of one side each once: runs that are equal in every measure are one."""
+    return list({_measures(row): row for row in rows}.values())
 
 
 def distinct_pairs(pairs: Sequence[tuple[Row, Row]]) -> list[tuple[Row, Row]]:
-    """Return pairs of runs without those of which both runs are equal to the runs of an earlier pair."""
-    return list({(_measures(a), _measures(b)): (a, b) for a, b in reversed(pairs)}.values())[::-1]
+    """Return pairs of runs each once: pairs of which both runs are equal are one."""
+    return list({(_measures(a), _measures(b)): (a, b) for a, b in pairs}.values())
 
 
 def copies_in_words(rows: Sequence[Row]) -> list[str]:
     """Return a sentence that says how many runs of a benchmark or comparison are copies; nothing if no run is."""
     copies = len(rows) - len({(row.get("configuration"), row["controller"], _measures(row)) for row in rows})
-    return [COPIES.format(copies, len(rows))] if copies else []
+    return [COPIES.format(copies, counted(len(rows), "run"))] if copies else []
 
 
 def _measures(row: Row) -> frozenset[tuple[str, object]]:

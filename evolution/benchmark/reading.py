@@ -10,7 +10,7 @@ from pydantic import FiniteFloat
 from evolution.benchmark.configurations import ParameterComparison
 from evolution.benchmark.directory import BENCHMARK
 from evolution.benchmark.runs import BENCH, Benchmark
-from evolution.files import MADE_AGAIN, Document, advising, check_rows, read_json
+from evolution.files import Document, advising, check_rows, read_json
 from gym_mapbench.errors import RunError
 from gym_mapbench.metrics.episode import Outcome
 
@@ -42,7 +42,7 @@ def read_bench(path: str | Path) -> Benchmark | ParameterComparison:
         raise RunError(f"{path}: the benchmark was not finished; continue it with --resume")
     if not path.is_file():
         raise RunError(f"{path}: expected a {BENCH} or the directory of one")
-    with advising(MADE_AGAIN) if BENCHMARK.holds(path.parent) else nullcontext():
+    with advising() if BENCHMARK.holds(path.parent) else nullcontext():
         return _read(path)
 
 

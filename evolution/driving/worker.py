@@ -63,11 +63,10 @@ def check_room(scenarios: Iterable[Scenario], settings: DriveSettings) -> None:
     Raises:
         ConfigError: Naming the first of the maps, or a motion of a body that workers cannot find.
     """
-    scenarios, problems = list(scenarios), []
+    problems = []
     for scenario in scenarios:
         for body in scenario.bodies:
             MOTIONS.for_workers(body.motion.name)
-    for scenario in scenarios:
         try:
             check_clearance(scenario, settings.environment.robot)
         except ConfigError as error:

@@ -7,7 +7,7 @@ checked content; a file that is not as expected gives an error of one line.
 from __future__ import annotations
 
 from evolution.files.directories import DirectoryKind, differences, new_directory
-from evolution.files.documents import MADE_AGAIN, Document, Versions, advising, check, check_rows
+from evolution.files.documents import Document, Versions, advising, check, check_rows, read_document
 from evolution.files.locks import locked, locked_by
 from evolution.files.plain import (
     GrowingCsv,
@@ -32,7 +32,6 @@ from evolution.files.temporary import temporary_directory
 from evolution.files.versions import PACKAGE_VERSION, software, version_lines, written_elsewhere
 
 __all__ = [
-    "MADE_AGAIN",
     "PACKAGE_VERSION",
     "DirectoryKind",
     "Document",
@@ -56,6 +55,7 @@ __all__ = [
     "npz_of",
     "read_arrays",
     "read_csv",
+    "read_document",
     "read_json",
     "read_json_lines",
     "read_npz",

@@ -8,10 +8,11 @@ from __future__ import annotations
 from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
 from pathlib import Path
+from typing import Any
 
 from pydantic import BaseModel, ConfigDict, ValidationError
 
-from evolution.files.plain import Row
+from evolution.files.plain import Row, read_json
 from gym_mapbench.errors import MapFormatError, RunError
 
 
@@ -33,7 +34,7 @@ MADE_AGAIN = "--resume makes it again from the stored runs"
 
 
 @contextmanager
-def advising(advice: str) -> Iterator[None]:
+def advising(advice: str = MADE_AGAIN) -> Iterator[None]:
     """Add to an error about a damaged file what the user can do.
 
     Raises:
@@ -66,6 +67,17 @@ def check(model: type[Document], document: object, where: str | Path) -> None:
         )
         what = "is missing" if first["type"] == "missing" else message
         raise RunError(f"{where}: {key}: {what}" if key else f"{where}: {what}") from None
+
+
+def read_document(model: type[Document], path: Path) -> dict[str, Any]:
+    """Return the content of a JSON file that is as ``model`` says.
+
+    Raises:
+        RunError: If the file cannot be read, or naming its first key that is missing or wrong.
+    """
+    document: dict[str, Any] = read_json(path)
+    check(model, document, path)
+    return document
 
 
 def check_rows(model: type[Document], rows: Sequence[Row], path: Path) -> None:

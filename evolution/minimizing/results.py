@@ -14,18 +14,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 from pathlib import Path
 
-from evolution.files import (
-    MADE_AGAIN,
-    DirectoryKind,
-    Document,
-    Row,
-    Table,
-    Tabled,
-    advising,
-    check,
-    counted,
-    read_json,
-)
+from evolution.files import DirectoryKind, Document, Row, Table, Tabled, advising, counted, read_document
 from evolution.minimizing.obstacles import obstacles_of
 from gym_mapbench.errors import RunError
 from gym_mapbench.mapio import load_map_set
@@ -83,16 +72,15 @@ class Minimized(Tabled):
         """Return the result in words."""
         before, after = self.table()
         sure = sum(self.held_after) == len(self.held_after)
-        trials = "trial" if len(self.held_after) == 1 else "trials"
+        trials = counted(len(self.held_after), "trial")
         enough = "The obstacles that are left are enough for the verdict."
-        if not after["obstacles"]:
-            enough = "The verdict needs no obstacle."
+        needed = enough if after["obstacles"] else "The verdict needs no obstacle."
         return [
             f"{counted(before['obstacles'], 'obstacle becomes', 'obstacles become')} {after['obstacles']}, and "
             f"the verdict '{self.keep}' still holds.",
-            f"On held-out seeds the verdict holds in {after['verdict on held-out seeds']} {trials} on the smallest "
-            f"map, and in {before['verdict on held-out seeds']} on the original map.",
-            enough
+            f"On held-out seeds the verdict holds in {sum(self.held_after)} of {trials} on the smallest map, and in "
+            f"{sum(self.held_before)} on the original map.",
+            needed
             if sure
             else "The verdict depends on noise: repeat with more --seeds for a map on which it is certain.",
         ]
@@ -112,7 +100,7 @@ def load_minimized(path: Path) -> Minimized:
     config = MINIMIZATION.open(path)
     if not (path / SUMMARY).is_file():
         raise RunError(f"{path}: the minimization was not finished; continue it with --resume")
-    with advising(MADE_AGAIN):
+    with advising():
         result, summary = _read(path)
         if result.document() != summary:
             raise RunError(f"{path / SUMMARY}: expected the summary of the maps in {MAPS}, got another")
@@ -123,8 +111,7 @@ def load_minimized(path: Path) -> Minimized:
 
 def _read(path: Path) -> tuple[Minimized, Row]:
     """Return the result in a finished directory, and its summary."""
-    summary = read_json(path / SUMMARY)
-    check(MinimizedSummary, summary, path / SUMMARY)
+    summary = read_document(MinimizedSummary, path / SUMMARY)
     maps = load_map_set(path / MAPS)
     if len(maps) != 2:
         raise RunError(f"{path / MAPS}: expected the original and the smallest map, got {counted(len(maps), 'map')}")

@@ -22,16 +22,14 @@ from typing import Any
 
 from evolution.driving import RunResult, derive_seed
 from evolution.files import (
-    MADE_AGAIN,
     DirectoryKind,
     Document,
     Row,
     Table,
     Tabled,
     advising,
-    check,
     counted,
-    read_json,
+    read_document,
     write_json,
     write_text,
 )
@@ -193,7 +191,7 @@ def load_atlas(path: Path) -> Atlas:
     where = str(path / ATLAS.mark)
     experiment = Experiment.from_document(config.get("experiment"), where)
     settings = AtlasSettings.from_mapping(config.get("atlas"), f"{where}: atlas")
-    with advising(MADE_AGAIN):
+    with advising():
         atlas = Atlas(experiment, settings, _found(path))
         if not atlas.is_of_its_maps:
             raise RunError(f"{path / SUMMARY}: expected the runs on the maps in {MAPS} with the seed of {ATLAS.mark}")
@@ -201,8 +199,7 @@ def load_atlas(path: Path) -> Atlas:
 
 
 def _found(path: Path) -> AtlasSearch:
-    summary = read_json(path / SUMMARY)
-    check(AtlasSummary, summary, path / SUMMARY)
+    summary = read_document(AtlasSummary, path / SUMMARY)
     maps = load_map_set(path / MAPS) if summary["elites"] else ()
     try:
         return AtlasSearch(

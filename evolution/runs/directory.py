@@ -28,6 +28,7 @@ from evolution.files import (
     make_directory,
     npz_of,
     read_csv,
+    read_document,
     read_json,
     read_json_lines,
     write_bytes,
@@ -140,9 +141,7 @@ class RunDir:
         if not path.is_file():
             return None
         with advising("delete it: --resume makes it again from the stored runs"):
-            checkpoint = read_json(path)
-            check(Checkpoint, checkpoint, path)
-        return checkpoint
+            return read_document(Checkpoint, path)
 
     @property
     def finished(self) -> bool:

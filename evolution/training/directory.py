@@ -14,12 +14,12 @@ from evolution.files import (
     Row,
     Table,
     Tabled,
-    check,
     check_rows,
     counted,
     csv_of,
     make_directory,
     read_csv,
+    read_document,
     read_json,
     write_json,
     write_text,
@@ -220,9 +220,7 @@ class TrainingDir:
         path = self.path / STATE
         if not path.is_file():
             return None
-        state = read_json(path)
-        check(State, state, path)
-        return state
+        return read_document(State, path)
 
     def read_curve(self) -> list[Row]:
         """Read ``curve.csv``, empty before the first evaluation; raises ``RunError`` if it is damaged."""

@@ -6,7 +6,7 @@ from dataclasses import replace
 
 from controllers.nav2_params.values import with_values
 from evolution.driving import ControllerSpec, DriveSettings, JobPlan, drive
-from evolution.files import MADE_AGAIN, advising
+from evolution.files import advising
 from evolution.tuning.plan import digests
 from evolution.tuning.results import TEST_MAPS, TUNING, Tuning
 from evolution.tuning.validation import OWN, TUNED
@@ -28,7 +28,7 @@ def drive_test(tuning: Tuning, count: int) -> list[list[Episode]]:
     Raises:
         RunError: If the test maps are damaged, or those of another tuning.
     """
-    with advising(MADE_AGAIN):
+    with advising():
         scenarios = load_scenarios(tuning.path / TEST_MAPS)
         if digests(scenarios) != tuning.config["tuning"]["test"]:
             raise RunError(f"{tuning.path / TEST_MAPS}: expected the test maps of {TUNING.mark}, got others")

@@ -22,7 +22,7 @@ from pathlib import Path
 
 from pydantic import Field
 
-from evolution.files import MADE_AGAIN, DirectoryKind, Document, Row, Table, Tabled, advising, check, read_json
+from evolution.files import DirectoryKind, Document, Row, Table, Tabled, advising, read_document
 from gym_mapbench.errors import RunError, refuse_unknown
 
 TUNING = DirectoryKind("tuning", "tuning.json", format_version=1)
@@ -111,7 +111,6 @@ def load_tuning(path: str | Path) -> Tuning:
     config = TUNING.open(path)
     if not (path / SUMMARY).is_file():
         raise RunError(f"{path}: the tuning was not finished; continue it with --resume")
-    with advising(MADE_AGAIN):
-        summary = read_json(path / SUMMARY)
-        check(TuningSummary, summary, path / SUMMARY)
+    with advising():
+        summary = read_document(TuningSummary, path / SUMMARY)
     return Tuning(path, config, TuningSummary.model_validate(summary))

@@ -10,7 +10,7 @@ from statistics import fmean, median
 import numpy as np
 
 from controllers.nav2_params.values import Value
-from evolution.benchmark import compare_rows
+from evolution.benchmark import compare_rows, many_maps, units_in_words
 from evolution.files import Row, counted
 from evolution.statistics import FEWEST_FOR_INTERVAL, bootstrap_interval
 from evolution.tuning.plan import TuningPlan
@@ -84,8 +84,7 @@ def _paired(test: Sequence[Row]) -> list[str]:
     """Return the paired comparison of success and time in words."""
     own, tuned = ([row for row in test if row["controller"] == name] for name in (OWN, TUNED))
     found = compare_rows(own, tuned)
-    of_maps = len({row["map"] for row in own}) >= FEWEST_FOR_INTERVAL
-    units = counted(found.n, *(("map",) if of_maps else ("pair of runs", "pairs of runs")))
+    units = units_in_words(found.n, many_maps(row["map"] for row in own))
     lines = [
         f"The tuned values reach the goal more often on {found.wins} of {units} and less often on "
         f"{found.losses} (McNemar's exact test: p = {found.p_success:.2g})."
@@ -119,9 +118,8 @@ def _changes(before: Mapping[str, Value], after: Mapping[str, Value], importance
     changed = [name for name in after if after[name] != before[name]]
     shown = sorted(changed, key=lambda name: -importances.get(name, 0.0))[:MOST_CHANGES]
     which = f"the {len(shown)} most important" if importances else f"{len(shown)} of them"
-    head = f"{len(changed)} {'parameter changes' if len(changed) == 1 else 'parameters change'}" + (
-        f"; {which}" if len(shown) < len(changed) else ""
-    )
+    head = counted(len(changed), "parameter changes", "parameters change")
+    head += f"; {which}" if len(shown) < len(changed) else ""
     return f"{head}: {'; '.join(_change(name, before[name], after[name]) for name in shown)}."
 
 

@@ -54,8 +54,9 @@ def fill_templates(text: str, defines: Mapping[str, str]) -> str:
     Raises:
         ConfigError: If the text has no template of one of the names; the error gives the nearest name.
     """
+    known = template_names(text)
     for name in defines:
-        if name not in template_names(text):
+        if name not in known:
             names = {template.name for template in _templates(_code(text))}
             unknown = ConfigError(f"--define {name}: the file has no templates")
             raise unknown_name("template", name, names) if names else unknown
