@@ -14,7 +14,6 @@ import runpy
 import shlex
 import shutil
 import subprocess
-from concurrent.futures import Executor, Future
 from contextlib import chdir
 from statistics import median
 from types import SimpleNamespace
@@ -38,6 +37,7 @@ from evolution.runs import load_run
 from evolution.search.judging.patterns.gini import gini, gini_fitness
 from gym_mapbench.mapio.formats import FORMATS
 from gym_mapbench.metrics import METRICS
+from tests.evolution.fake_runs import InProcess
 from tests.test_documents import FEW, ROOT, TINY, blocks_of, name_of
 
 SITE = yaml.load((ROOT / "mkdocs.yml").read_text(encoding="utf-8"), yaml.BaseLoader)
@@ -69,15 +69,6 @@ FOREIGN = ("dask_jobqueue", "dask_kubernetes")
 """Modules of clusters, which no test has."""
 
 
-class AtOnce(Executor):
-    """Drives in the calling process: no worker has to start."""
-
-    def submit(self, function, /, *args, **kwargs):
-        future = Future()
-        future.set_result(function(*args, **kwargs))
-        return future
-
-
 @pytest.fixture(scope="module")
 def folder(tmp_path_factory):
     """A folder for all pages, with the examples in it as in a clone."""
@@ -104,7 +95,7 @@ def test_blocks_run(page, folder, done, monkeypatch):
     with chdir(folder):
         for position, (language, text) in enumerate(blocks_of(page)):
             with_workers = page == WITH_WORKERS and (language == "python" or "mapbench bench" in text)
-            monkeypatch.setitem(EXECUTORS._entries, "processes", processes if with_workers else lambda setup: AtOnce())
+            monkeypatch.setitem(EXECUTORS._entries, "processes", processes if with_workers else InProcess)
             if language == "python" and not any(module in text for module in FOREIGN):
                 script = folder / name_of(text, position, language)
                 script.write_text(text, encoding="utf-8")
