@@ -48,7 +48,8 @@ def search_corners(costs, step_cost, line_cost, start_row, start_col, goal_row, 
 def _search(step, line, width, start, goal, corners, w_euc, w_heur, parent):
     """Fill ``parent``; return whether the goal was reached.
 
-    As in Nav2, the key of a listed cell may fall without moving it up the heap, and the start is expanded twice.
+    As in Nav2, the key of a listed cell may fall without moving it up the heap, and the start is expanded twice. The
+    search fails once no other cell is listed, even if the last one is the goal or the only way on.
     """
     length, key = np.full(len(step), np.inf), np.full(len(step), np.inf)
     heap, listed = np.empty(len(step) + 1, np.int32), np.zeros(len(step), np.bool_)
@@ -71,10 +72,10 @@ def _search(step, line, width, start, goal, corners, w_euc, w_heur, parent):
                     listed[near] = True
                     _sift_up(heap, key, count, near)
                     count += 1
-        if count == 0:
-            return False
         cell = heap[0]
         count -= 1
+        if count == 0:
+            return False
         _fill_top(heap, key, count, heap[count])
     return True
 

@@ -74,7 +74,10 @@ class Node:
 
 
 def plain_corners(costs, step_cost, line_cost, start, goal, neighbours, w_euc, w_heur):
-    """Cells where a path turns; a key falls inside the heap as it stands, and the start is expanded twice."""
+    """Cells where a path turns; a key falls inside the heap as it stands, and the start is expanded twice.
+
+    The cell that empties the heap is neither expanded nor taken for the goal.
+    """
     nodes = {cell: Node(cell) for cell in np.ndindex(costs.shape)}
 
     def looks_back(node):
@@ -105,9 +108,9 @@ def plain_corners(costs, step_cost, line_cost, start, goal, neighbours, w_euc, w
                 if not near.listed:
                     near.listed = True
                     heapq.heappush(heap, near)
+        node = heapq.heappop(heap)
         if not heap:
             return []
-        node = heapq.heappop(heap)
     corners = [node.cell]
     while node.parent is not node:
         node = node.parent
@@ -141,6 +144,17 @@ def test_free_space_is_crossed_in_one_line_short_of_the_goal():
     assert np.median(steps) == pytest.approx(1.0)
     # The start's traversal cost makes every cell on the way cost the same, so the way is nearly straight.
     assert steps.sum() <= 1.02 * np.hypot(*(path[-1, :2] - path[0, :2]))
+
+
+@pytest.mark.parametrize("goal", [2.5, 6.5])
+def test_a_passage_one_cell_wide_without_another_open_cell_has_no_path(goal):
+    costs = np.full((3, 8), 254)
+    costs[1, 1:7] = 0
+    start, goal = Pose(1.5, 1.5), Pose(goal, 1.5)
+    with pytest.raises(NoPathError):
+        ThetaStarPlanner().plan(metre_map(costs), start, goal)
+    costs[2, 1] = 0  # beside the start, farther from the goal: it stays open
+    assert len(ThetaStarPlanner().plan(metre_map(costs), start, goal)) == int(goal.x - start.x)
 
 
 def test_dear_cells_are_worth_a_detour():
