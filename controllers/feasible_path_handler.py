@@ -54,8 +54,9 @@ class FeasiblePathHandler:
         Raises:
             InvalidPath: If there is none.
         """
-        if len(self._plan) == 0 or (self._params.reject_unit_path and len(self._plan) == 1):
-            raise InvalidPath("Received plan with zero length" if len(self._plan) == 0 else "Received plan of one pose")
+        poses = len(self._ahead)
+        if poses == 0 or (self._params.reject_unit_path and poses == 1):
+            raise InvalidPath("Received plan with zero length" if poses == 0 else "Received plan of one pose")
         self._passed, end = find_window(
             self._ahead, self._steps, self._passed, pose.x, pose.y, self._search_distance(costmap),
             self._params.prune_distance, (costmap.resolution, costmap.origin_x, costmap.origin_y), costmap.costs.shape,

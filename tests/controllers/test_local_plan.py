@@ -76,6 +76,15 @@ def test_an_enforced_turn_on_the_spot_ends_the_plan():
     assert made.local_plan(Pose(0.0, 0.0), free_map()).path[-1, 2] == pytest.approx(0.4)
 
 
+def test_a_stretch_of_one_pose_can_be_refused_as_well():
+    # The robot turns on the spot at the first pose: the path up to the turn is that pose alone.
+    path = np.vstack([[0.0, 0.0, -1.57], straight(1.0)])
+    made = handler(path, enforce_path_rotation=True)
+    assert len(made.local_plan(Pose(0.0, 0.3), free_map()).path) == 1
+    with pytest.raises(InvalidPath, match="one pose"):
+        handler(path, enforce_path_rotation=True, reject_unit_path=True).local_plan(Pose(0.0, 0.3), free_map())
+
+
 @pytest.mark.parametrize("plugin", ["simple", "stopped", "position", "axis", "adaptive"])
 def test_the_goal_is_not_reached_while_much_of_the_plan_is_left(plugin):
     checker = make_goal_checker(GoalChecker(plugin=plugin))
