@@ -73,9 +73,10 @@ def _direction_at_end(local: LocalPlan) -> float | None:
 class AdaptiveToleranceGoalChecker:
     """Wants the position within a fine tolerance, or a coarse one if the robot comes no nearer; then the heading.
 
-    Within the coarse tolerance the position counts as reached once the least distance has not fallen for
-    ``required_stagnation_cycles`` calls, once the robot has stood for as many calls, or once it has passed the line
-    through the goal that is perpendicular to the direction from which it came.
+    The call in which the robot comes within the coarse tolerance only begins to count. Later on the position counts as
+    reached once the least distance has not fallen for ``required_stagnation_cycles`` calls, once the robot has stood
+    for as many calls, or once it is at or past the line through the goal that is perpendicular to the direction from
+    which it came. The calls of a controller count as well as those of the server.
 
     Args:
         params: The tolerances, and what counts as standing and as coming no nearer.
@@ -103,32 +104,32 @@ class AdaptiveToleranceGoalChecker:
         return not far and self._reach(pose, goal) and is_heading_reached(pose, goal, self._params)
 
     def is_position_reached(self, pose: Pose, local: LocalPlan) -> bool:
-        """Return whether the goal's position is reached, by the last call of the server."""
-        near = local.length <= self._params.path_length_tolerance
-        distance = math.hypot(pose.x - local.goal.x, pose.y - local.goal.y)
-        return near and (self._position_reached or distance <= self._params.fine_xy_goal_tolerance)
+        """Return whether the goal's position is reached, at the velocity of the server's last call; the call counts."""
+        return local.length <= self._params.path_length_tolerance and self._reach(pose, local.goal)
 
     def _reach(self, pose: Pose, goal: Pose) -> bool:
         """Whether the position is reached, or was before and that still counts."""
         if self._position_reached:
             return True
-        distance = math.hypot(pose.x - goal.x, pose.y - goal.y)
-        if distance > self._params.coarse_xy_goal_tolerance:
+        params, distance = self._params, math.hypot(pose.x - goal.x, pose.y - goal.y)
+        if params.fine_xy_goal_tolerance < distance > params.coarse_xy_goal_tolerance:
             self._leave()
             return False
-        reached = distance <= self._params.fine_xy_goal_tolerance or self._comes_no_nearer(pose, goal, distance)
-        self._position_reached = reached and self._params.stateful
+        reached = distance <= params.fine_xy_goal_tolerance or self._comes_no_nearer(pose, goal, distance)
+        self._position_reached = reached and params.stateful
         return reached
 
     def _comes_no_nearer(self, pose: Pose, goal: Pose, distance: float) -> bool:
         """Whether the robot within the coarse tolerance stagnates, stands or has passed the goal."""
+        dx, dy = goal.x - pose.x, goal.y - pose.y
         if self._entry is None:
-            self._entry = goal.x - pose.x, goal.y - pose.y
+            self._entry, self._least = (dx, dy), distance
+            return False
         self._stagnant = 0 if distance < self._least else self._stagnant + 1
         self._least = min(self._least, distance)
         self._standing = self._standing + 1 if self._stands() else 0
-        ahead = (goal.x - pose.x) * self._entry[0] + (goal.y - pose.y) * self._entry[1]
-        return max(self._stagnant, self._standing) >= self._params.required_stagnation_cycles or ahead < 0.0
+        passed = dx * self._entry[0] + dy * self._entry[1] <= 0.0
+        return passed or max(self._stagnant, self._standing) >= self._params.required_stagnation_cycles
 
     def _stands(self) -> bool:
         slow = abs(self._velocity.v) <= self._params.trans_stopped_velocity

@@ -132,6 +132,35 @@ def test_the_coarse_tolerance_counts_where_the_robot_comes_no_nearer():
     assert checker.is_goal_reached(Pose(0.65, 0.05), local.goal, moving, local)  # past the goal
 
 
+def adaptive(**options):
+    return make_goal_checker(GoalChecker(plugin="adaptive", **options))
+
+
+def test_a_robot_that_stands_in_the_coarse_tolerance_is_counted_from_the_second_call_on():
+    checker, local = adaptive(required_stagnation_cycles=3), at_end()
+    nearer = [Pose(0.3 + 0.01 * n, 0.0) for n in range(4)]
+    assert [checker.is_goal_reached(pose, local.goal, REST, local) for pose in nearer] == [False, False, False, True]
+
+
+def test_the_calls_of_a_controller_count_as_well():
+    checker, local, moving = adaptive(required_stagnation_cycles=3), at_end(), Twist(0.3, 0.0)
+    assert not checker.is_goal_reached(Pose(0.3, 0.0), local.goal, moving, local)
+    assert not checker.is_position_reached(Pose(0.3, 0.0), local)
+    assert not checker.is_goal_reached(Pose(0.3, 0.0), local.goal, moving, local)
+    assert checker.is_position_reached(Pose(0.3, 0.0), local)
+
+
+def test_level_with_the_goal_counts_as_past_it():
+    checker, local, moving = adaptive(), at_end(), Twist(0.3, 0.0)
+    assert not checker.is_goal_reached(Pose(0.3, 0.0), local.goal, moving, local)
+    assert checker.is_goal_reached(Pose(0.5, 0.2), local.goal, moving, local)
+
+
+def test_a_fine_tolerance_above_the_coarse_one_counts():
+    local = at_end()
+    assert adaptive(fine_xy_goal_tolerance=0.3).is_goal_reached(Pose(0.22, 0.0), local.goal, REST, local)
+
+
 def window(**options):
     limits = {
         "control_period": 0.05, "desired_linear_vel": 0.5, "min_linear_vel": -0.5, "max_angular_vel": 2.5,
