@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import math
+
 import numpy as np
 from numpy.typing import NDArray
 
@@ -28,7 +30,7 @@ class LyricalGracefulFollower(GracefulFollower):
     def set_plan(self, path: NDArray[np.float64]) -> None:
         """Take note of a new global plan: the robot may turn towards it first."""
         super().set_plan(path)
-        self._safe_heading = 0.0
+        self._safe_heading = math.nan
 
     def take_local_plan(self, local: LocalPlan) -> None:
         """Take the part of the plan to follow."""

@@ -22,12 +22,12 @@ class Way(NamedTuple):
 
 
 class PlainLyricalGraceful(PlainGraceful):
-    """One call on a local plan, section 8 of the reference spelled out; everything is in the robot's frame."""
+    """One call on a local plan, as the reference and the sources say; everything is in the robot's frame."""
 
     def __init__(self, params, setup, local):
         super().__init__(params, setup, local)
         self.most_valid = 252 if setup.footprint.use_radius else 253
-        self.safe = 0.0
+        self.safe = None
         self.fastest = params.v_linear_max
 
     def dt(self):
@@ -85,24 +85,26 @@ class PlainLyricalGraceful(PlainGraceful):
         if p.prefer_final_rotation and self.remaining < p.max_lookahead:
             way = self.tried((x, y, bearing))
             if way.free and way.dearest >= self.most_valid - p.obstacle_cost_margin:
-                way = self.best_heading(x, y)
-            elif way.free:
-                self.safe = bearing
-            if way is not None and way.free:
+                way = self.way_round(x, y) or way
+            if way.free:
                 return way.command
         way = self.tried((x, y, heading))
         return way.command if way.free else None
 
-    def best_heading(self, x, y):
-        """The way of the fewest steps among cheap ones that end with any other heading."""
-        step = self.p.final_rotation_search_step
-        headings = [wrap(self.safe + i * step) for i in range(int(math.tau / step) + 1)]
-        ways = [(self.tried((x, y, heading)), heading) for heading in headings]
-        cheap = [(way, heading) for way, heading in ways if way.free and way.dearest < self.most_valid]
-        if not cheap:
-            return None
-        way, self.safe = min(cheap, key=lambda each: each[0].steps)
-        return way
+    def way_round(self, x, y):
+        """The last way that is safe and has fewer steps than all before, or the one to the last safe heading."""
+        step, found, least = self.p.final_rotation_search_step, None, math.inf
+        for i in range(math.ceil(math.tau / step)):
+            heading = i * step + (self.safe or 0.0)
+            way = self.tried((x, y, wrap(heading)))
+            if way.free and way.steps < least:
+                least = way.steps
+                if way.dearest < self.most_valid:
+                    found = way
+                    if heading == self.safe:
+                        break
+                    self.safe = heading
+        return found
 
     def tried(self, target):
         """The way at the highest top speed at which it is free."""
@@ -137,7 +139,7 @@ class PlainLyricalGraceful(PlainGraceful):
         bearing = math.atan2(target[1], target[0])
         turning = self.turns_first and p.initial_rotation
         most = int(3 * math.hypot(*target[:2]) / self.costmap.resolution)
-        pose, first, dearest = (0.0, 0.0, 0.0), None, -1
+        pose, first, dearest = (0.0, 0.0, 0.0), None, 0
         step, is_over, free = 0, False, True
         while not is_over:
             step += 1
@@ -149,7 +151,7 @@ class PlainLyricalGraceful(PlainGraceful):
             first = first or command
             pose = self.moved(pose, *command)
             cost = self.cost(pose, self.grown(first[0]))
-            dearest = max(dearest, cost)
+            dearest = max(dearest, self.cost_at_centre(pose))
             free = not (p.use_collision_detection and self.is_blocked(cost))
             arrives = math.dist(pose[:2], target[:2]) <= self.costmap.resolution or step >= most
             is_over = arrives or not free
@@ -159,17 +161,22 @@ class PlainLyricalGraceful(PlainGraceful):
         """Speed from which the robot can stop at the target."""
         return math.sqrt(2 * distance * self.p.deceleration_max)
 
-    def cost(self, pose, corners=None):
+    def at(self, pose):
+        """Where a pose of the robot's frame lies in the world."""
         x, y, yaw = self.pose
         cos, sin = math.cos(yaw), math.sin(yaw)
-        at = x + pose[0] * cos - pose[1] * sin, y + pose[0] * sin + pose[1] * cos
-        cell = self.costmap.world_to_map(*at)
-        if cell is None:
-            return -1
-        if self.s.footprint.use_radius:
-            return int(self.costmap.costs[cell])
+        return x + pose[0] * cos - pose[1] * sin, y + pose[0] * sin + pose[1] * cos, yaw + pose[2]
+
+    def cost_at_centre(self, pose):
+        cell = self.costmap.world_to_map(*self.at(pose)[:2])
+        return -1 if cell is None else int(self.costmap.costs[cell])
+
+    def cost(self, pose, corners=None):
+        centre = self.cost_at_centre(pose)
+        if centre < 0 or self.s.footprint.use_radius:
+            return centre
         corners = self.s.footprint.corners if corners is None else corners
-        return int(np.int64(outline_cost(self.costmap, (*at, yaw + pose[2]), corners)))
+        return int(np.int64(outline_cost(self.costmap, self.at(pose), corners)))
 
     def is_blocked(self, cost):
         if cost == 255:

@@ -48,15 +48,7 @@ def test_a_cheap_way_straight_to_the_goal_is_taken():
     assert command_of(made).w == pytest.approx(0.0, abs=1e-6)
     own = follower(to_goal(0.8, 0.0, 1.2), prefer_final_rotation=False)
     assert abs(command_of(own).w) > 0.1
-    assert made._safe_heading == 0.0
-
-
-def test_the_last_safe_heading_is_the_bearing_of_the_cheap_way():
-    made = follower(to_goal(0.6, 0.3, 1.2))
-    command_of(made)
-    assert made._safe_heading == pytest.approx(math.atan2(0.3, 0.6))
-    made.set_plan(np.array(to_goal(0.6, 0.3, 1.2)))
-    assert made._safe_heading == 0.0
+    assert math.isnan(made._safe_heading)
 
 
 def test_an_expensive_way_to_the_goal_makes_it_search_other_headings():
@@ -84,14 +76,50 @@ def test_the_search_takes_the_fewest_steps_below_the_highest_valid_cost():
     assert made._safe_heading == 0.0
 
 
-def test_without_a_cheap_heading_the_goals_own_is_taken():
-    # At 252 nothing is below the highest valid cost; the target's own heading needs a free way only.
-    costmap = free_map()
+def test_without_a_safe_heading_the_way_straight_to_the_goal_is_kept():
+    # At 252 nothing is below the highest valid cost.
+    path, costmap = to_goal(0.7, 0.2, 1.2), free_map()
+    straight_on = command_of(follower(path), costmap=costmap)
     costmap.costs[:] = 252
-    made = follower(to_goal(0.8, 0.0, 1.2), initial_rotation=False)
-    own = follower(to_goal(0.8, 0.0, 1.2), initial_rotation=False, prefer_final_rotation=False)
-    assert command_of(made, costmap=costmap) == command_of(own)
+    made = follower(path)
+    assert command_of(made, costmap=costmap) == straight_on
+    assert math.isnan(made._safe_heading)
+    own = follower(path, prefer_final_rotation=False)
+    assert command_of(own, costmap=costmap) != pytest.approx(straight_on, abs=0.01)
+
+
+def test_the_last_safe_heading_is_kept_while_it_is_safe():
+    # Straight on takes the fewest steps of all, but the search ends at a heading found before.
+    costmap, path = free_map(), to_goal(0.8, 0.0, 0.0)
+    costmap.costs[:] = 251
+    made = follower(path, slowdown_radius=0.2)
+    made._safe_heading = 0.8
+    assert abs(command_of(made, costmap=costmap).w) > 0.1
+    assert made._safe_heading == 0.8
+    made.set_plan(np.array(path))
+    assert command_of(made, costmap=costmap).w == pytest.approx(0.0, abs=1e-6)
     assert made._safe_heading == 0.0
+
+
+def test_a_short_way_that_is_not_safe_rules_out_longer_ones():
+    # The headings around the bearing lead over 252, the others round it: they are safe, but take more steps.
+    costmap = free_map()
+    costmap.costs[100, 106:110] = 252
+    made = follower(to_goal(0.8, 0.0, 0.0), final_rotation_search_step=1.0)
+    pose = Pose(0.0, 0.025, 0.0)
+    straight_on = command_of(follower(to_goal(0.8, 0.0, 0.0)), pose, free_map())
+    assert command_of(made, pose, costmap) == straight_on
+    made._safe_heading = 1.0  # now the headings that are tried begin with a safe one
+    assert abs(command_of(made, pose, costmap).w) > 0.1
+
+
+def test_the_cost_of_a_way_is_that_at_the_centre():
+    # Cells beside the way touch the outline: it is free, and cheap, as the robot's centre does not pass there.
+    path, beside = to_goal(0.8, 0.0, 0.0), free_map()
+    beside.costs[102] = 253
+    made = follower(path, BOX)
+    assert command_of(made, Pose(0.0, 0.025, 0.0), beside) == command_of(made, Pose(0.0, 0.025, 0.0), free_map())
+    assert math.isnan(made._safe_heading)
 
 
 def test_a_blocked_way_straight_on_leaves_the_targets_own_heading():
@@ -108,14 +136,13 @@ def test_a_blocked_way_straight_on_leaves_the_targets_own_heading():
     assert expected != pytest.approx(command_of(follower(path, initial_rotation=False), pose, free_map()), abs=1e-3)
 
 
-def test_an_outline_may_cost_one_more_than_a_centre():
+def test_with_an_outline_the_centre_may_cost_one_more():
     costmap = free_map()
     costmap.costs[:] = 252
-    costmap.costs[98:103, 98:120] = 252
-    path = to_goal(0.8, 0.0, 1.2)
-    # For a disc 252 is the highest valid cost, for an outline 253: there the search finds headings.
-    assert command_of(follower(path, BOX), costmap=costmap).w == pytest.approx(0.0, abs=1e-6)
-    assert abs(command_of(follower(path, initial_rotation=False), costmap=costmap).w) > 0.1
+    for footprint, finds in ((DISC, False), (BOX, True)):
+        made = follower(to_goal(0.8, 0.0, 1.2), footprint)
+        command_of(made, costmap=costmap)
+        assert math.isnan(made._safe_heading) != finds
 
 
 def test_far_from_the_goal_nothing_is_searched():
@@ -123,7 +150,7 @@ def test_far_from_the_goal_nothing_is_searched():
     costmap.costs[:] = 251
     made = follower(straight(2.0))
     assert command_of(made, costmap=costmap).v > 0.0
-    assert made._safe_heading == 0.0
+    assert math.isnan(made._safe_heading)
 
 
 # --- Targets and speeds ----------------------------------------------------------------------------------------------
@@ -226,5 +253,5 @@ def test_kernels_do_what_the_plain_twin_does(path, costmap, params, footprint, a
                 command_of(made, pose, costmap)
         else:
             assert command_of(made, pose, costmap) == pytest.approx(expected, abs=1e-5)
-        assert made._safe_heading == pytest.approx(twin.safe, abs=1e-9)
+        assert made._safe_heading == pytest.approx(math.nan if twin.safe is None else twin.safe, nan_ok=True)
         pose = Pose(pose.x + 0.3, pose.y + 0.1, yaw)

@@ -33,19 +33,23 @@ SAME_HEADING = 1e-6
 
 
 @kernel
-def cost_of(scene, pose):
-    """Cost of a pose in the robot's frame: at its centre for a disc, else along its outline; -1 off the map."""
+def costs_of(scene, pose):
+    """Costs of a pose in the robot's frame, both -1 off the map.
+
+    Returns:
+        Cost that decides about a collision, at the centre of a disc, else along the outline; cost at the centre.
+    """
     costs, resolution, origin_x, origin_y, _, corners, use_radius, robot = scene
     cos, sin = math.cos(robot[2]), math.sin(robot[2])
     x, y = robot[0] + (cos * pose[0] - sin * pose[1]), robot[1] + (sin * pose[0] + cos * pose[1])
     rows, cols = costs.shape
     cell = cell_index(x, y, origin_x, origin_y, resolution, rows, cols)
     if cell < 0:
-        return -1
-    cost = int(costs[cell // cols, cell % cols])
-    if not use_radius:
-        cost = footprint_cost(costs, resolution, origin_x, origin_y, x, y, robot[2] + pose[2], corners)
-    return cost
+        return -1, -1
+    centre = int(costs[cell // cols, cell % cols])
+    if use_radius:
+        return centre, centre
+    return int(footprint_cost(costs, resolution, origin_x, origin_y, x, y, robot[2] + pose[2], corners)), centre
 
 
 @kernel
@@ -58,7 +62,7 @@ def is_collision(scene, cost):
 @kernel
 def collides(scene, pose):
     """Whether the robot touches an obstacle at a pose of its own frame; off the map it touches nothing."""
-    return is_collision(scene, cost_of(scene, pose))
+    return is_collision(scene, costs_of(scene, pose)[0])
 
 
 @kernel
@@ -112,13 +116,14 @@ def simulate(scene, target, backward, turns_first, most_steps, dt, tuning):
     the tolerance.
 
     Returns:
-        Whether the way is free, the first step's command v and w, the number of steps, and the highest cost on the way.
+        Whether the way is free, the first step's command v and w, the number of steps, and the highest cost at the
+        robot's centre on the way.
     """
     resolution = scene[1]
     bearing = math.atan2(target[1], target[0])
     pose = HERE
     first_v = first_w = 0.0
-    step, worst = 0, -1
+    step, worst = 0, 0
     while True:
         if turns_first:
             if step == 0:
@@ -131,8 +136,8 @@ def simulate(scene, target, backward, turns_first, most_steps, dt, tuning):
                 first_v, first_w = v, w
             pose = move(pose, v, w, dt)
         step += 1
-        cost = cost_of(scene, pose)
-        worst = max(worst, cost)
+        cost, centre = costs_of(scene, pose)
+        worst = max(worst, centre)
         if tuning.use_collision_detection and is_collision(scene, cost):
             return False, first_v, first_w, step, worst
         left = math.hypot(target[0] - pose[0], target[1] - pose[1])

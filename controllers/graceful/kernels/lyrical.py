@@ -9,6 +9,8 @@ from __future__ import annotations
 
 import math
 
+import numpy as np
+
 from controllers.graceful.kernels.control_law import law_command, turn_command
 from controllers.graceful.kernels.following import (
     COLLISION,
@@ -26,7 +28,7 @@ from gym_mapbench.kernels.jit import kernel
 
 MOST_VALID = 252
 MOST_VALID_OUTLINE = 253
-"""Highest costs without a collision, at the centre of a disc and along an outline."""
+"""Costs at the centre from which on a way is not safe, for a disc and for a robot with an outline."""
 
 
 @kernel
@@ -61,7 +63,7 @@ def approach(scene, pose, turns_first, tuning):
     most_steps = steps_to(target, 3, scene[1])
     fastest = tuning.v_linear_max
     dt = scene[1] / fastest
-    free, v, w, steps, worst = False, 0.0, 0.0, 0, -1
+    free, v, w, steps, worst = False, 0.0, 0.0, 0, 0
     top = fastest
     while True:
         tuning.v_linear_max = top
@@ -76,19 +78,29 @@ def approach(scene, pose, turns_first, tuning):
 
 
 @kernel
-def fastest_heading(scene, x, y, turns_first, safe, most_valid, tuning):
-    """Search the headings of a target, from the last safe one (rad) on, for the free way of the fewest steps.
+def command_round(scene, x, y, turns_first, command, safe, most_valid, tuning):
+    """Search the headings of a target for a safe way there of few steps; ``command`` is kept if there is none.
+
+    As in Nav2, the last safe heading is kept as long as it is safe, each one found moves the headings that are tried
+    after it, and an unsafe way of few steps rules out longer ones. Ways of as many steps are equally fast here; in Nav2
+    the last bits of their durations decide.
 
     Returns:
-        Whether there is any, the command v and w, and the heading.
+        The command v and w, and the last safe heading.
     """
-    found, best_v, best_w, heading, least = False, 0.0, 0.0, safe, 0
-    for i in range(int(2.0 * math.pi / tuning.final_rotation_search_step) + 1):
-        tried = normalize_angle(safe + i * tuning.final_rotation_search_step)
-        free, v, w, steps, worst = approach(scene, (x, y, tried), turns_first, tuning)
-        if free and worst < most_valid and (not found or steps < least):
-            found, best_v, best_w, heading, least = True, v, w, tried, steps
-    return found, best_v, best_w, heading
+    (best_v, best_w), least = command, np.inf
+    for i in range(math.ceil(2.0 * math.pi / tuning.final_rotation_search_step)):
+        tried = i * tuning.final_rotation_search_step + (0.0 if math.isnan(safe) else safe)
+        free, v, w, steps, worst = approach(scene, (x, y, normalize_angle(tried)), turns_first, tuning)
+        if not free or steps >= least:
+            continue
+        least = steps
+        if worst < most_valid:
+            is_kept = tried == safe
+            best_v, best_w, safe = v, w, tried
+            if is_kept:
+                break
+    return best_v, best_w, safe
 
 
 @kernel
@@ -96,14 +108,13 @@ def command_near_goal(scene, x, y, turns_first, safe, tuning):
     """The command straight to a target near the goal or, where that way is expensive, to another heading there.
 
     Returns:
-        Whether there is a free way, the command v and w, and the last safe heading.
+        Whether the way straight there is free, the command v and w, and the last safe heading.
     """
     most_valid = MOST_VALID if scene[6] else MOST_VALID_OUTLINE
-    bearing = math.atan2(y, x)
-    free, v, w, _, worst = approach(scene, (x, y, bearing), turns_first, tuning)
-    if not free or worst < most_valid - tuning.obstacle_cost_margin:
-        return free, v, w, bearing if free else safe
-    return fastest_heading(scene, x, y, turns_first, safe, most_valid, tuning)
+    free, v, w, _, worst = approach(scene, (x, y, math.atan2(y, x)), turns_first, tuning)
+    if free and worst >= most_valid - tuning.obstacle_cost_margin:
+        v, w, safe = command_round(scene, x, y, turns_first, (v, w), safe, most_valid, tuning)
+    return free, v, w, safe
 
 
 @kernel
@@ -129,7 +140,7 @@ def follow(path, arrived, turns_first, safe, scene, tunings):
         path: ``(n, 3)`` local plan, x, y in m and yaw in rad.
         arrived: Whether the goal's position is reached.
         turns_first: Whether the first turn of this path may still be to come.
-        safe: The last safe heading at the goal in the robot's frame, rad.
+        safe: The last safe heading that a search found, in the robot's frame, rad; nan for none.
         scene: Costmap, outline and pose of the robot.
         tunings: ``(1,)`` array with the record of parameters.
 
