@@ -193,7 +193,7 @@ class PlainMppi:
             for t in range(self.N):
                 x, y, yaw = float(self.x[k, t]), float(self.y[k, t]), float(self.yaw[k, t])
                 cost = self.cost_at(x, y)
-                look = own.consider_footprint and cost >= self.threshold()
+                look = own.consider_footprint and cost >= self.threshold() and self.cell(x, y) is not None
                 cost = self.outline(x, y, yaw) if look else cost
                 if cost < 1:
                     continue

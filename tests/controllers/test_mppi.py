@@ -206,6 +206,18 @@ def test_footprints_are_their_twins(critic, footprint):
     compare(make_call(params, 3, Pose(1.2, 0.1, 0.4), costmap=costmap, footprint=footprint))
 
 
+@pytest.mark.parametrize(("critic", "collides"), [("ObstaclesCritic", False), ("CostCritic", True)])
+def test_off_a_map_that_tracks_unknown_space_only_the_cost_critic_checks_the_outline(critic, collides):
+    # The map is free, but at 1 m/s the robot leaves it: its last points are of unknown cost, 255.
+    free = Costmap(np.zeros((40, 40), np.uint8), 0.05, 0.0, -1.0, True)
+    params = MppiParams(batch_size=1, critics=[critic], vx_max=2.0, **{critic: {"consider_footprint": True}})
+    dot = Footprint.from_corners(np.array([[0.01, 0.01], [-0.01, 0.01], [-0.01, -0.01], [0.01, -0.01]]))
+    call = straight_call(params, 1.0, 0.0, Twist(1.0, 0.0), free, np.array([[0.0, 0, 0], [4.0, 0, 0]]), dot)
+    call = (*call[:2], Pose(0.325, 0.025, 0.0), *call[3:])
+    assert evaluate(*call).failed == collides
+    compare(call)
+
+
 @pytest.mark.parametrize("yaw", [0.4, 2.9, -1.7])
 def test_near_the_goal_and_looking_away(yaw):
     pose, path = Pose(0.4123, 0.3071, yaw), curved_path(14)

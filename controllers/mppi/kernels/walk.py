@@ -41,14 +41,14 @@ def collides(cost, unknown_is_free, inscribed_is_free):
 
 @kernel
 def _centre_cost(costs, call, x, y, single):
-    """Cost of the cell under a point; 255 off the map; with ``single`` the cell is found in float32."""
+    """Cost of the cell under a point, 255 off the map, and whether it is on it; ``single``: found in float32."""
     rows, cols = costs.shape
     if single:
         place = np.float32(call.origin_x), np.float32(call.origin_y), np.float32(call.resolution)
         cell = cell_index(np.float32(x), np.float32(y), *place, rows, cols)
     else:
         cell = cell_index(x, y, call.origin_x, call.origin_y, call.resolution, rows, cols)
-    return NO_INFORMATION if cell < 0 else int(costs[cell // cols, cell % cols])
+    return (NO_INFORMATION, False) if cell < 0 else (int(costs[cell // cols, cell % cols]), True)
 
 
 @kernel
@@ -88,7 +88,7 @@ def _cost_along(call, dt, rollout, b, k, costs, corners, own, looks, near_goal, 
         if t % every != 0:
             continue
         x, y, yaw = _pose(state, call)
-        cost = _centre_cost(costs, call, x, y, single)
+        cost, _ = _centre_cost(costs, call, x, y, single)
         if cost < 1:
             continue
         worst = _outline_cost(costs, call, corners, x, y, yaw) if cost >= threshold else cost
@@ -105,15 +105,16 @@ def _cost_along(call, dt, rollout, b, k, costs, corners, own, looks, near_goal, 
 def _closeness_along(call, dt, rollout, b, k, costs, corners, own, near_goal, threshold, inscribed_radius, both):
     """Both sums of the Obstacles critic along one trajectory, and whether it collides.
 
-    ``both`` says whether a point within the margin repels as well.
+    ``both`` says whether a point within the margin repels as well. A point off the map is of unknown cost, and its
+    outline is not checked; Cost's is.
     """
     repulsion, critical, state = ZERO, ZERO, _first(call, dt)
     for t in range(len(rollout[3])):
         if t > 0:
             state = _next(state, call, dt, rollout, b, k, t)
         x, y, yaw = _pose(state, call)
-        cost = _centre_cost(costs, call, x, y, False)
-        by_footprint = cost >= threshold
+        cost, on_map = _centre_cost(costs, call, x, y, False)
+        by_footprint = on_map and cost >= threshold
         if by_footprint:
             cost = _outline_cost(costs, call, corners, x, y, yaw)
         if cost < 1:
