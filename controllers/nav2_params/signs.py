@@ -169,8 +169,8 @@ def _controller_signs(full: str, group: object) -> Iterator[Sign]:
     plugin = CONTROLLERS[kind]
     for key, releases in plugin.forms(group).items():
         yield Sign(STARTS, releases, f"{full}.{key}")
-    missing = plugin.keys.missing
+    missing, untelling = plugin.keys.missing, plugin.keys.untelling
     for key, _ in leaves(group):
         having = tuple(release for release in RELEASES if key not in missing.get(release, {}))
-        if 0 < len(having) < len(RELEASES):
+        if 0 < len(having) < len(RELEASES) and key not in untelling:
             yield Sign(DRIVES, having, f"{full}.{key}")

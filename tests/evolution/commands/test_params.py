@@ -186,6 +186,11 @@ def test_the_world_keeps_up_with_the_files_controller_and_robot(humble, capsys):
     assert settings.environment.robot.max_linear_velocity == 0.6
     assert [spec.name for spec in driving_options.named_controllers(args)] == ["FollowPath"]
     assert "mine.yaml: read as Nav2 Humble" in capsys.readouterr().err
+    fast = humble.with_name("fast.yaml")
+    fast.write_text("velocity_smoother: {ros__parameters: {max_velocity: [8.0, 0.0, 2.0]}}")
+    args = parser.parse_args(["--params", str(fast)], options.argparse.Namespace(**COMMON))
+    world = driving_options.drive_settings(args).environment
+    assert (world.robot.max_linear_velocity, world.control_hz, world.physics_hz) == (8.0, 20.0, 160.0)
 
 
 def test_only_drives_with_another_controller_than_the_files(tmp_path):
