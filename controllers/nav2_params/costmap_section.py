@@ -157,7 +157,7 @@ def _leave_out(section: Section, name: str) -> None:
 
 
 def _one_of_each(layers: list[Layer], data_type: str) -> list[Layer]:
-    """Choose of each kind the first layer that is on, with a source of this type if any has one; leave out the others."""
+    """Choose of each kind the first layer that is on and has such a source, or else is on; leave out the others."""
     chosen: dict[str, Layer] = {}
     for layer in layers:
         before = chosen.get(layer.kind)

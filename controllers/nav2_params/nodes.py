@@ -156,11 +156,15 @@ def _serves_ros(group: Mapping[Any, Any] | None) -> bool:
 def _walk(
     group: Mapping[Any, Any], path: tuple[str, ...]
 ) -> Iterator[tuple[tuple[str, ...], Mapping[Any, Any] | None]]:
-    """Yield every node with its path, namespaces included; a key that is not a node comes with None."""
+    """Yield every node with its path, namespaces included; a key that is not a node comes with None.
+
+    A node may be a namespace as well: ROS gives the parameters of both.
+    """
     for key, value in group.items():
         here = (*path, str(key))
         if isinstance(value, Mapping) and PARAMETERS in value:
             yield here, value
+            yield from _walk({inner: beside for inner, beside in value.items() if inner != PARAMETERS}, here)
         elif isinstance(value, Mapping) and any(isinstance(inner, Mapping) for inner in value.values()):
             yield from _walk(value, here)
         else:
