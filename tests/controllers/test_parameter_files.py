@@ -172,6 +172,13 @@ def test_files_of_foxy_and_galactic_are_read_under_todays_names():
     }
 
 
+def test_foxys_tree_asks_for_back_up():
+    document = {"recoveries_server": node(recovery_plugins=["spin", "back_up", "wait"], back_up={"plugin": "a/BackUp"})}
+    read = parse_nav2_params(document)
+    assert read.navigation.behavior_server.behavior_plugins == ("spin", "backup", "wait")
+    assert read.named("missing") == read.named("unused") == ()
+
+
 def test_files_of_dashing_and_eloquent_are_read_under_todays_names():
     dwb = {key: value for key, value in DWB.items() if key != "plugin"}
     document = {

@@ -175,6 +175,22 @@ def test_converting_to_its_own_release_changes_old_names_alone(humble, tmp_path)
     }
 
 
+def test_converting_gives_foxys_back_up_todays_name(humble, tmp_path):
+    foxy = 'recovery_plugins: ["spin", "back_up"]\n    back_up.plugin: a/B'
+    humble.write_text(HUMBLE.replace('recovery_plugins: ["spin"]', foxy))
+    text = converted(tmp_path, humble, "humble").read_text()
+    assert "    behavior_plugins: [spin, backup]\n    backup.plugin: a/B\n" in text
+
+
+def test_converting_finds_nodes_inside_a_node(humble, tmp_path):
+    inside = "local_costmap:\n  ros__parameters: {use_sim_time: true}\n  local_costmap:\n"
+    layers = "observation_sources: scan, scan: {obstacle_range: 2.0}"
+    layer = f"      obstacle_layer: {{plugin: 'nav2_costmap_2d::ObstacleLayer', {layers}}}\n      footprint:"
+    text = HUMBLE.replace("local_costmap:\n  local_costmap:\n", inside).replace("      footprint:", layer)
+    humble.write_text(text)
+    assert "{obstacle_max_range: 2.0}" in converted(tmp_path, humble, "humble").read_text()
+
+
 def test_the_world_keeps_up_with_the_files_controller_and_robot(humble, capsys):
     parser = options.argparse.ArgumentParser()
     driving_options.add_drive_options(parser)
