@@ -93,6 +93,7 @@ def find_sections(nodes: list[Node], findings: Findings) -> dict[str, Section]:
     Raises:
         ConfigError: If the file has none of these sections, or one has no parameters, or its name is misspelt.
     """
+    nodes = [node for node in nodes if not _is_outdated(node, findings)]
     chosen = {name: _choose(name, nodes) for name in SECTIONS}
     sections = {}
     for node in nodes:
@@ -105,6 +106,15 @@ def find_sections(nodes: list[Node], findings: Findings) -> dict[str, Section]:
     if not sections:
         raise ConfigError(f"expected a section of at least one of {', '.join(SECTIONS)}, found none")
     return sections
+
+
+def _is_outdated(node: Node, findings: Findings) -> bool:
+    """Whether only releases before Humble have a node, whose files are read as Humble's; it becomes a finding."""
+    outdated = node.name in OLD_NODES and findings.release != "humble"
+    if outdated:
+        why = f"a node of older releases; Nav2 {findings.release.capitalize()} has {node.section}"
+        findings.add("other_release", node.full, why)
+    return outdated
 
 
 def _choose(name: str, nodes: list[Node]) -> Node | None:

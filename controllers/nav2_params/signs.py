@@ -94,7 +94,10 @@ MARKS = (
 )
 
 CLASSES = ("planner_server", "behavior_server")
-"""Sections whose classes are written with ``/`` up to Iron and with ``::`` since Jazzy; else Nav2 does not start."""
+"""Nodes whose classes are written with ``/`` up to Iron and with ``::`` since Jazzy; else Nav2 does not start.
+
+A ``recoveries_server``, which no release since Humble has, keeps none from starting.
+"""
 
 
 class Sign(NamedTuple):
@@ -119,7 +122,7 @@ def signs_of(node: Node) -> Iterator[Sign]:
             if fnmatchcase(node.name, name):
                 found = _matching(parameters, patterns)
                 yield from (Sign(marks.strength, marks.releases, f"{node.full}{key}") for key in found)
-    if node.section in CLASSES:
+    if node.name in CLASSES:
         yield from _class_signs(node.full, parameters)
     if node.section == "controller_server":
         for name, group in parameters.items():

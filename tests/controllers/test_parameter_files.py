@@ -73,7 +73,7 @@ def write(tmp_path):
         (with_controller(DWB, progress_checker_plugin="progress_checker"), "humble"),
         (with_controller(DWB, costmap_update_timeout=0.3), "jazzy"),
         ({**with_controller(DWB), "docking_server": node(max_retries=3)}, "jazzy"),
-        ({"recoveries_server": node(recovery_plugins=["spin"])}, "humble"),
+        ({"recoveries_server": node(recovery_plugins=["spin"]), "bt_navigator": node()}, "humble"),
         (with_controller({**DWB, "stateful": True}), "humble"),  # RPP's stateful is Jazzy's, DWB's is no one's
     ],
 )
@@ -170,6 +170,18 @@ def test_files_of_foxy_and_galactic_are_read_under_todays_names():
         "recoveries_server.transform_timeout",
         "bt_navigator.default_bt_xml_filename",
     }
+
+
+def test_a_recoveries_server_that_was_left_over_keeps_no_release_from_starting():
+    recoveries = {name: {"plugin": f"nav2_recoveries/{name.capitalize()}"} for name in ("spin", "wait")}
+    document = {
+        "planner_server": node(GridBased={"plugin": "nav2_navfn_planner::NavfnPlanner"}),
+        "recoveries_server": node(recovery_plugins=[*recoveries], max_rotational_vel=0.3, **recoveries),
+    }
+    read = parse_nav2_params(document)
+    assert read.recognition.release == "jazzy"
+    assert read.named("other_release") == ("recoveries_server",)
+    assert read.navigation.behavior_server.max_rotational_vel == 1.0
 
 
 def test_foxys_tree_asks_for_back_up():
