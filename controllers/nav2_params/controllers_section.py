@@ -66,7 +66,7 @@ def read_controllers(server: Section) -> ControllersFound:
     plugins: dict[str, Any] = {"path_handler": _read_path_handler(server)} if lyrical else {}
     handler = {} if lyrical else _take_path_handler(server)
     for name in names:
-        found = _read_controller(server.take_group(name), name, handler)
+        found = _read_controller(server.take_group(name), names == (TREES_CHOICE,), handler)
         if isinstance(found, ControllerPlugin):
             controllers[name] = found
         else:
@@ -108,9 +108,9 @@ def _take_path_handler(server: Section) -> dict[str, Any]:
     return {key: handler[key] for key in HANDLED if key in handler}
 
 
-def _read_controller(group: Section, name: str, handler: Mapping[str, Any]) -> ControllerPlugin | str:
-    """Read one controller, or return why it cannot drive here."""
-    if name == TREES_CHOICE:
+def _read_controller(group: Section, has_default: bool, handler: Mapping[str, Any]) -> ControllerPlugin | str:
+    """Read one controller, or return why it cannot drive here; Nav2 has a class for its own list alone."""
+    if has_default:
         group.values.setdefault("plugin", CONTROLLERS["dwb"].names[group.findings.release])
     if "plugin" not in group.values:
         raise ConfigError(f"{group.name}.plugin: expected the class of this controller, got none")
@@ -138,7 +138,8 @@ def _read_progress_checker(server: Section) -> ProgressChecker:
     for other in others:
         server.leave(other)
     group = server.take_group(name, "progress_checker")
-    kind = take_class(group, PROGRESS_CHECKERS["simple"][group.findings.release], PROGRESS_CHECKERS, "progress checker")
+    default = PROGRESS_CHECKERS["simple"][group.findings.release] if names == ("progress_checker",) else None
+    kind = take_class(group, default, PROGRESS_CHECKERS, "progress checker")
     return group.build(ProgressChecker, PROGRESS_CHECKER_KEYS, plugin=kind)
 
 
@@ -148,7 +149,8 @@ def _read_goal_checker(server: Section) -> GoalChecker:
     for name in others:
         server.leave(name)
     group = server.take_group(first, "goal_checker")
-    kind = take_class(group, GOAL_CHECKERS["simple"][group.findings.release], GOAL_CHECKERS, "goal checker")
+    default = GOAL_CHECKERS["simple"][group.findings.release] if (first, *others) == ("goal_checker",) else None
+    kind = take_class(group, default, GOAL_CHECKERS, "goal checker")
     return group.build(GoalChecker, GOAL_CHECKER_KEYS, plugin=kind)
 
 

@@ -6,6 +6,7 @@ from collections.abc import Mapping
 from dataclasses import dataclass, field
 from typing import Any
 
+from controllers.nav2_params.filters_section import CLASSES
 from controllers.nav2_params.keys import COSTMAP
 from controllers.nav2_params.plugins import COSTMAP_LAYERS, names_in_ros, stand_in
 from gym_mapbench.costmap import LAYERS, OBSERVATION_SOURCE, CostmapParams
@@ -13,10 +14,11 @@ from gym_mapbench.errors import ConfigError
 from gym_mapbench.ros_params import Section, known_class, parameter_names, refuse_missing
 
 DEFAULT_LAYERS = ("static_layer", "obstacle_layer", "inflation_layer")
+"""Nav2's own list of layers; only where ``plugins`` is this list, a file may leave out their classes."""
+SOURCES = ("LaserScan", "PointCloud2")
+"""Types of the sources that the lidar stands for, the preferred one first."""
 COLLECTED = ("plugins", "layers", "release", "keepout_filters", "speed_filters")
 """Options that do not stand in a file as they are here."""
-NAMED_WITHOUT_CLASS = (*DEFAULT_LAYERS, "voxel_layer")
-"""Names for which a file may leave out the class."""
 
 
 @dataclass
@@ -35,6 +37,15 @@ class Layer:
     kind: str
     sources: dict[str, Section] = field(default_factory=dict)
 
+    @property
+    def is_enabled(self) -> bool:
+        """Whether the file leaves it on."""
+        return self.group.values.get("enabled", True) is not False
+
+    def use(self, data_type: str) -> tuple[bool, bool]:
+        """Return the order in which layers of one kind are chosen: whether it is on, and sees by this type."""
+        return self.is_enabled, bool(self.sees(data_type))
+
     def sees(self, data_type: str) -> list[Section]:
         """Return the sources of one type; a source without a type is a laser, as in Nav2."""
         return [source for source in self.sources.values() if source.values.get("data_type", "LaserScan") == data_type]
@@ -45,22 +56,29 @@ def read_costmap(section: Section) -> CostmapParams:
 
     Where neither ``robot_radius`` nor ``footprint`` is given, the robot's own shape counts (Nav2: 0.1 m). The robots
     here have one lidar, so of several layers of one class the first with a lidar is built; if no layer has a lidar,
-    the lidar stands for the first point cloud. Third parties' layers without a stand-in are left out and listed.
+    the lidar stands for the first point cloud. Layers that the file switches off come last in both. Third parties'
+    layers without a stand-in are left out and listed.
     :mod:`~controllers.nav2_params.filters_section` reads the filters.
 
     Raises:
         ConfigError: If a value is wrong, or a layer has no class.
     """
     layers = _find_layers(section, section.take_names("plugins", DEFAULT_LAYERS))
-    cloud = "LaserScan" if any(layer.sees("LaserScan") for layer in layers) else "PointCloud2"
+    data_type = _data_type(layers)
     built: dict[str, dict[str, Any]] = {}
-    for layer in _one_of_each(layers, cloud):
-        built[layer.kind] = _read_layer(layer, cloud)
+    for layer in _one_of_each(layers, data_type):
+        built[layer.kind] = _read_layer(layer, data_type)
     section.leave_groups()
     _bound_map_values(section)
     scalars = [name for name in parameter_names(CostmapParams) if "." not in name and name not in COLLECTED]
     own = {"plugins": tuple(dict.fromkeys(layer.kind for layer in layers)), "release": section.findings.release}
     return section.make(CostmapParams, {**section.read(COSTMAP, scalars), **built, **own})
+
+
+def _data_type(layers: list[Layer]) -> str:
+    """Return the type of the sources that are read: point clouds, if a layer that is on has one and none a lidar."""
+    best = {kind: max(((bool(x.sees(kind)), x.is_enabled) for x in layers), default=(False, False)) for kind in SOURCES}
+    return max(SOURCES, key=lambda kind: best[kind])
 
 
 def _bound_map_values(section: Section) -> None:
@@ -78,9 +96,9 @@ def _find_layers(section: Section, names: tuple[str, ...]) -> list[Layer]:
     shared = section.values.get("observation_sources")
     layers = []
     for name in names:
-        kind, replaced = _layer_kind(section, name)
+        kind, replaced = _layer_kind(section, name, names == DEFAULT_LAYERS)
         if kind is None:
-            _leave_out(section, name, "this layer is not built")
+            _leave_out(section, name)
             continue
         group = section.take_group(name, kind)
         group.stand_in = replaced
@@ -91,7 +109,7 @@ def _find_layers(section: Section, names: tuple[str, ...]) -> list[Layer]:
     return layers
 
 
-def _layer_kind(section: Section, name: str) -> tuple[str | None, bool]:
+def _layer_kind(section: Section, name: str, has_default: bool) -> tuple[str | None, bool]:
     """Return our name of a layer, None if nothing here stands for it, and whether that is only a stand-in.
 
     Raises:
@@ -100,10 +118,10 @@ def _layer_kind(section: Section, name: str) -> tuple[str | None, bool]:
     group = section.values.get(name)
     group = group if isinstance(group, Mapping) else {}
     release, where = section.findings.release, f"{section.name}.{name}.plugin"
-    usual = COSTMAP_LAYERS[name].names[release] if name in NAMED_WITHOUT_CLASS else None
-    ros_class = group.get("plugin", usual)
+    ros_class = group.get("plugin", COSTMAP_LAYERS[name].names[release] if has_default else None)
     if ros_class is None:
-        raise ConfigError(f"{where}: expected the class of this layer, got none")
+        only = f"; Nav2 has one only if plugins are {', '.join(DEFAULT_LAYERS)}" if name in DEFAULT_LAYERS else ""
+        raise ConfigError(f"{where}: expected the class of this layer, got none{only}")
     kind = known_class(ros_class, names_in_ros(COSTMAP_LAYERS))
     if kind is None:
         return stand_in(ros_class, COSTMAP_LAYERS), True
@@ -130,22 +148,25 @@ def _take_sources(section: Section, group: Section, shared: object) -> dict[str,
     return sources
 
 
-def _leave_out(section: Section, name: str, why: str) -> None:
-    group = section.values.pop(name, None)
-    ros_class = group.get("plugin") if isinstance(group, Mapping) else None
-    section.findings.add("left_out", f"{section.name}.{name}", f"{ros_class}: {why}" if ros_class else why)
+def _leave_out(section: Section, name: str) -> None:
+    """Leave out a layer that is not built here, or a filter that Nav2 would apply as one of the layers."""
+    ros_class = section.values.pop(name)["plugin"]
+    is_filter = known_class(ros_class, CLASSES) is not None
+    why = "here, a filter counts only in filters" if is_filter else "this layer is not built"
+    section.findings.add("left_out", f"{section.name}.{name}", f"{ros_class}: {why}")
 
 
 def _one_of_each(layers: list[Layer], data_type: str) -> list[Layer]:
-    """Choose of each kind the first layer with a source of this type, or else the first; leave out the others."""
+    """Choose of each kind the first layer that is on and has such a source, or else is on; leave out the others."""
     chosen: dict[str, Layer] = {}
     for layer in layers:
         before = chosen.get(layer.kind)
-        if before is None or (layer.sees(data_type) and not before.sees(data_type)):
+        if before is None or layer.use(data_type) > before.use(data_type):
             chosen[layer.kind] = layer
     for layer in layers:
         if chosen[layer.kind] is not layer:
-            why = f"a second {layer.kind.replace('_', ' ')}, and the robots here have one lidar"
+            which = "and the robots here have one lidar" if LAYERS.get(layer.kind).observes else "and one is built"
+            why = f"a second {layer.kind.replace('_', ' ')}, {which}"
             layer.group.findings.add("left_out", layer.group.name, why)
     return list(chosen.values())
 

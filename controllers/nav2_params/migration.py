@@ -35,7 +35,7 @@ from controllers.nav2_params.migration_work import Work, children, controllers_i
 from controllers.nav2_params.monitor_migration import NODE as MONITOR
 from controllers.nav2_params.monitor_migration import migrate_monitor
 from controllers.nav2_params.nodes import Node, all_nodes, is_of_nav2
-from controllers.nav2_params.older import OLD_NODES
+from controllers.nav2_params.older import OLD_BEHAVIORS, OLD_NODES, todays_names
 from controllers.nav2_params.recognition import recognise
 from controllers.nav2_params.signs import kilted_key
 from controllers.nav2_params.yaml_edits import Edits, Entry, as_yaml, entries
@@ -102,7 +102,7 @@ def parameter_groups(group: yaml.Node, prefix: str) -> Iterator[tuple[str, yaml.
         inner = [below for name, below in value.value if name.value == PARAMETERS]
         if inner and isinstance(inner[0], yaml.MappingNode):
             yield f"{prefix}{key.value}", key, inner[0]
-        else:
+        if key.value != PARAMETERS:
             yield from parameter_groups(value, f"{prefix}{key.value}.")
 
 
@@ -114,6 +114,7 @@ def _migrate_node(
     if node == "recoveries_server":
         work.edits.rename(key, OLD_NODES[node])
         work.say(full, key.start_mark.line + 1, f"renamed to {OLD_NODES[node]}")
+        _rename_behaviors(work, full, group)
     controllers = controllers_in(full, group) if node == "controller_server" else {}
     for entry in entries(group):
         _migrate_entry(work, full, node, entry)
@@ -124,6 +125,18 @@ def _migrate_node(
         migrate_controller(work, controller, inflation, moved)
     lyrical_migration.migrate_forms(work, controllers)
     _tell_defaults(work, full, node, group)
+
+
+def _rename_behaviors(work: Work, full: str, group: yaml.MappingNode) -> None:
+    """Give the recoveries of older releases the names for which the default tree asks."""
+    for entry in children(group):
+        names = listed(entry)
+        if names != todays_names(names):
+            work.edits.replace(entry, as_yaml(todays_names(names)))
+        name, dot, rest = str(entry.key.value).partition(".")
+        if name in OLD_BEHAVIORS:
+            work.edits.rename(entry.key, f"{OLD_BEHAVIORS[name]}{dot}{rest}")
+            work.say(f"{full}.{name}", entry.line, f"renamed to {OLD_BEHAVIORS[name]}")
 
 
 def _migrate_entry(work: Work, full: str, node: str, entry: Entry) -> None:

@@ -93,6 +93,7 @@ def find_sections(nodes: list[Node], findings: Findings) -> dict[str, Section]:
     Raises:
         ConfigError: If the file has none of these sections, or one has no parameters, or its name is misspelt.
     """
+    nodes = [node for node in nodes if not _is_outdated(node, findings)]
     chosen = {name: _choose(name, nodes) for name in SECTIONS}
     sections = {}
     for node in nodes:
@@ -105,6 +106,15 @@ def find_sections(nodes: list[Node], findings: Findings) -> dict[str, Section]:
     if not sections:
         raise ConfigError(f"expected a section of at least one of {', '.join(SECTIONS)}, found none")
     return sections
+
+
+def _is_outdated(node: Node, findings: Findings) -> bool:
+    """Whether only releases before Humble have a node, whose files are read as Humble's; it becomes a finding."""
+    outdated = node.name in OLD_NODES and findings.release != "humble"
+    if outdated:
+        why = f"a node of older releases; Nav2 {findings.release.capitalize()} has {node.section}"
+        findings.add("other_release", node.full, why)
+    return outdated
 
 
 def _choose(name: str, nodes: list[Node]) -> Node | None:
@@ -156,11 +166,15 @@ def _serves_ros(group: Mapping[Any, Any] | None) -> bool:
 def _walk(
     group: Mapping[Any, Any], path: tuple[str, ...]
 ) -> Iterator[tuple[tuple[str, ...], Mapping[Any, Any] | None]]:
-    """Yield every node with its path, namespaces included; a key that is not a node comes with None."""
+    """Yield every node with its path, namespaces included; a key that is not a node comes with None.
+
+    A node may be a namespace as well: ROS gives the parameters of both.
+    """
     for key, value in group.items():
         here = (*path, str(key))
         if isinstance(value, Mapping) and PARAMETERS in value:
             yield here, value
+            yield from _walk({inner: beside for inner, beside in value.items() if inner != PARAMETERS}, here)
         elif isinstance(value, Mapping) and any(isinstance(inner, Mapping) for inner in value.values()):
             yield from _walk(value, here)
         else:

@@ -50,8 +50,8 @@ LISTS: dict[str, tuple[PluginLists, ...]] = {
 }
 SERVER_KEYS = ("controller_frequency", "failure_tolerance", "odom_topic", "speed_limit_topic", "use_sim_time")
 SERVER_GROUPS = ("goal_checker", "progress_checker")
-OLD_BEHAVIORS = {"BackUp": "backup", "Spin": "spin", "Wait": "wait"}
-"""Eloquent's names of the recoveries -> the names that the default tree asks for."""
+OLD_BEHAVIORS = {"BackUp": "backup", "back_up": "backup", "Spin": "spin", "Wait": "wait"}
+"""Names of the recoveries for which Eloquent's and Foxy's trees ask -> the names for which today's asks."""
 
 
 def modernised(node: str, values: Mapping[str, Any], full: str, findings: Findings) -> dict[str, Any]:
@@ -91,15 +91,21 @@ def _modernise_list(values: dict[str, Any], lists: PluginLists, full: str, findi
     if old is None or lists.now in values:
         return
     given = next((values.pop(key) for key in lists.names if key in values), list(lists.default))
-    names = _renamed(given) if isinstance(given, list) else [given]
+    before = given if isinstance(given, list) else [given]
+    names = todays_names(before)
     values[lists.now] = names
+    for name, renamed in zip(before, names, strict=True):
+        if name != renamed and name in values:
+            values[renamed] = values.pop(name)
     _give_classes(values, names, values.pop(lists.types, None))
     if old != "progress_checker_plugin":  # the name in Humble, so it is not outdated
         findings.add("renamed", f"{full}.{old}", lists.now)
 
 
-def _renamed(names: list[Any]) -> list[Any]:
-    return [OLD_BEHAVIORS.get(name, name) if isinstance(name, str) else name for name in names]
+def todays_names(names: list[Any]) -> list[Any]:
+    """Return the names of plugins, those of older recoveries as today's tree asks for them."""
+    todays = [OLD_BEHAVIORS.get(name, name) if isinstance(name, str) else name for name in names]
+    return [name if new in names else new for name, new in zip(names, todays, strict=True)]
 
 
 def _give_classes(values: dict[str, Any], names: list[Any], classes: object) -> None:

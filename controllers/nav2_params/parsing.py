@@ -50,7 +50,10 @@ USUAL_PLANNER = "navfn"
 MISSPELT_BEHAVIOR = 0.8
 """Similarity from which on an unknown behaviour is probably a misspelt one of the tree."""
 TREE_FILE = "default_nav_to_pose_bt_xml"
-DEFAULT_TREE = "nav2_bt_navigator)/behavior_trees/navigate_to_pose_w_replanning_and_recovery.xml"
+DEFAULT_TREES = tuple(
+    f"nav2_bt_navigator{end}/behavior_trees/navigate_to_pose_w_replanning_and_recovery.xml" for end in (")", "")
+)
+"""Ends of the path of Nav2's default tree, with ``$(find-pkg-share ..)`` and in full."""
 
 
 @dataclass(frozen=True)
@@ -208,7 +211,7 @@ def _tell_missing_behaviors(sections: Mapping[str, Section]) -> None:
     server, navigator = sections.get("behavior_server"), sections.get("bt_navigator")
     tree = "" if navigator is None else str(navigator.values.get(TREE_FILE, ""))
     given = None if server is None else server.values.get("behavior_plugins")
-    if server is None or not isinstance(given, list) or (tree and not tree.endswith(DEFAULT_TREE)):
+    if server is None or not isinstance(given, list) or (tree and not tree.endswith(DEFAULT_TREES)):
         return
     names = list(map(str, given))
     others = [name for name in names if name not in BEHAVIORS]
@@ -242,7 +245,7 @@ def _last_part(ros_class: str) -> str:
 
 
 def _read_tree(section: Section) -> BehaviorTree:
-    if str(section.values.get(TREE_FILE)).endswith(DEFAULT_TREE):
+    if str(section.values.get(TREE_FILE)).endswith(DEFAULT_TREES):
         section.findings.add("ros_only", f"{section.name}.{TREE_FILE}")
         del section.values[TREE_FILE]
     values = section.read(keys.BT_NAVIGATOR, parameter_names(BehaviorTree))

@@ -94,7 +94,10 @@ MARKS = (
 )
 
 CLASSES = ("planner_server", "behavior_server")
-"""Sections whose classes are written with ``/`` up to Iron and with ``::`` since Jazzy; else Nav2 does not start."""
+"""Nodes whose classes are written with ``/`` up to Iron and with ``::`` since Jazzy; else Nav2 does not start.
+
+A ``recoveries_server``, which no release since Humble has, keeps none from starting.
+"""
 
 
 class Sign(NamedTuple):
@@ -119,7 +122,7 @@ def signs_of(node: Node) -> Iterator[Sign]:
             if fnmatchcase(node.name, name):
                 found = _matching(parameters, patterns)
                 yield from (Sign(marks.strength, marks.releases, f"{node.full}{key}") for key in found)
-    if node.section in CLASSES:
+    if node.name in CLASSES:
         yield from _class_signs(node.full, parameters)
     if node.section == "controller_server":
         for name, group in parameters.items():
@@ -169,8 +172,8 @@ def _controller_signs(full: str, group: object) -> Iterator[Sign]:
     plugin = CONTROLLERS[kind]
     for key, releases in plugin.forms(group).items():
         yield Sign(STARTS, releases, f"{full}.{key}")
-    missing = plugin.keys.missing
+    missing, untelling = plugin.keys.missing, plugin.keys.untelling
     for key, _ in leaves(group):
         having = tuple(release for release in RELEASES if key not in missing.get(release, {}))
-        if 0 < len(having) < len(RELEASES):
+        if 0 < len(having) < len(RELEASES) and key not in untelling:
             yield Sign(DRIVES, having, f"{full}.{key}")

@@ -14,6 +14,8 @@ from gym_mapbench.ros_params import Keys, Section, in_every_release
 
 LONGEST_AHEAD = 0.4
 """Longest ``lookahead_dist`` (m) with which RPP rarely stops in a bend (``docs/howto/slow.md``)."""
+UNTELLING = frozenset({"max_linear_accel", "max_linear_decel", "min_distance_to_obstacle"})
+"""Lyrical's parameters of which Foxy and Galactic have the first two and Kilted has the last; Jazzy has none."""
 SCALING_FACTOR, SCALES = "inflation_cost_scaling_factor", "use_cost_regulated_linear_velocity_scaling"
 TURNING = {
     "max_angular_velocity": "rotate_to_heading_angular_vel",
@@ -68,6 +70,7 @@ RPP = Nav2Controller(
             "velocity_feedback": "Lyrical's dynamic window is around the last command",
             "use_approach_vel_scaling": "a parameter of older releases; the approach is always scaled now",
         },
+        untelling=UNTELLING,
     ),
     adapt=adapt,
     arrange=arrange,

@@ -18,7 +18,7 @@ from controllers.nav2_params import (
 )
 from controllers.releases import Release
 from evolution.driving.unknown_map import check_sensors
-from gym_mapbench.env.config import EnvConfig
+from gym_mapbench.env.config import EnvConfig, lowest_physics_hz
 from gym_mapbench.errors import ConfigError
 from gym_mapbench.ros_params import overlay
 from gym_mapbench.settings import Settings
@@ -95,11 +95,12 @@ class DriveSettings(Settings):
 
 
 def with_parameters(settings: DriveSettings, read: Nav2Params) -> DriveSettings:
-    """Overlay settings with a parameter file: its navigation, its robot, and its control frequency at least."""
+    """Overlay settings with a parameter file: its navigation, its robot, and at least the rates that both need."""
     world = settings.environment
+    robot = robot_of(read, world.robot)
     control = max(world.control_hz, read.navigation.controller_server.controller_frequency)
-    physics = control * math.ceil(world.physics_hz / control - 1e-9)
-    world = world.replace(robot=robot_of(read, world.robot), control_hz=control, physics_hz=physics)
+    physics = control * math.ceil(max(world.physics_hz, lowest_physics_hz(robot)) / control - 1e-9)
+    world = world.replace(robot=robot, control_hz=control, physics_hz=physics)
     return settings.replace(navigation=read.navigation, environment=world)
 
 

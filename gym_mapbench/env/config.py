@@ -160,8 +160,7 @@ class EnvConfig(ExtendedSettings):
             raise ConfigError(
                 f"physics_hz: expected a multiple of control_hz {self.control_hz:g}, got {self.physics_hz:g}"
             )
-        speed = max(self.robot.max_linear_velocity, self.robot.max_reverse_velocity)
-        needed = max(speed / MAX_TICK_TRAVEL, self.robot.max_angular_velocity / (math.pi / 2))
+        needed = lowest_physics_hz(self.robot)
         if self.physics_hz < needed:
             raise ConfigError(f"physics_hz: expected at least {needed:g} for this robot, got {self.physics_hz:g}")
         return self
@@ -254,6 +253,12 @@ class EnvConfig(ExtendedSettings):
         start = scenario.start if self.start is None else Pose(*self.start)
         goal = scenario.goal if self.goal is None else Pose(*self.goal)
         return replace(scenario, start=start, goal=goal)
+
+
+def lowest_physics_hz(robot: RobotSpec) -> float:
+    """Return the lowest number of physics steps per second in which contacts of a robot are found."""
+    speed = max(robot.max_linear_velocity, robot.max_reverse_velocity)
+    return max(speed / MAX_TICK_TRAVEL, robot.max_angular_velocity / (math.pi / 2))
 
 
 def _from_document(document: dict[str, Any]) -> list[Scenario]:

@@ -40,6 +40,7 @@ class Keys:
         elsewhere: Key of an older release, of one newer than both, or of another plugin -> what happens here.
         left_out: Keys that are not modelled here, though they may change how the real robot drives.
         shape: Parameters of the robot's shape; a template without a value leaves them to the robot.
+        untelling: Parameters that a release besides ours has as well, so that they do not tell the release of a file.
     """
 
     ros_only: frozenset[str] = frozenset()
@@ -48,6 +49,7 @@ class Keys:
     elsewhere: Mapping[str, str] = field(default_factory=dict)
     left_out: frozenset[str] = frozenset()
     shape: frozenset[str] = frozenset()
+    untelling: frozenset[str] = frozenset()
 
     def is_ros_only(self, name: str) -> bool:
         """Whether a dotted name, or a group it belongs to, serves ROS alone."""

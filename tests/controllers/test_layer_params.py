@@ -53,7 +53,8 @@ def test_a_written_file_has_them_in_their_groups_and_no_release():
 def denoising(costmap, **layer):
     """A file whose costmap has a denoise layer under a name of the user's own."""
     group = {"plugin": "nav2_costmap_2d::DenoiseLayer", **layer}
-    parameters = {"plugins": ["static_layer", "salt", "inflation_layer"], "salt": group}
+    usual = {f"{name}_layer.plugin": f"nav2_costmap_2d::{name.capitalize()}Layer" for name in ("static", "inflation")}
+    parameters = {"plugins": ["static_layer", "salt", "inflation_layer"], "salt": group, **usual}
     return {costmap: {costmap: {"ros__parameters": parameters}}}
 
 
@@ -136,7 +137,7 @@ def test_a_third_partys_layer_cannot_be_written(monkeypatch):
     ],
 )
 def test_map_values_out_of_bounds_are_bounded_as_in_nav2(given, read):
-    document = {"global_costmap": {"global_costmap": {"ros__parameters": {"plugins": ["static_layer"], **given}}}}
+    document = {"global_costmap": {"global_costmap": {"ros__parameters": given}}}
     parsed = parse_nav2_params(document)
     costmap = parsed.navigation.global_costmap
     assert {name: getattr(costmap, name) for name in read} == read

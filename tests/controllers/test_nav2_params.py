@@ -153,7 +153,7 @@ def test_plugins_that_nothing_asks_for_are_listed_apart():
         "GridBased.plugin": "a::B",
         "Second.plugin": "somebody::Else",
     }
-    document = costmap(plugins=["inflation_layer"], voxel_layer={"plugin": "nav2_costmap_2d::VoxelLayer"})
+    document = costmap(plugins=[], voxel_layer={"plugin": "nav2_costmap_2d::VoxelLayer"})
     unused = names({**document, "planner_server": {"ros__parameters": planners}}, "unused")
     assert unused >= {"planner_server.Second", "local_costmap.local_costmap.voxel_layer"}
 

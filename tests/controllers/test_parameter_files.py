@@ -26,7 +26,7 @@ MPPI = {"plugin": "nav2_mppi_controller::MPPIController"}
 RPP = {"plugin": "nav2_regulated_pure_pursuit_controller::RegulatedPurePursuitController"}
 LASER = {"observation_sources": "scan", "scan": {"data_type": "LaserScan", "clearing": True, "obstacle_range": 1.5}}
 CAMERA = {"observation_sources": "cloud", "cloud": {"data_type": "PointCloud2", "obstacle_max_range": 4.0}}
-VOXEL = "nav2_costmap_2d::VoxelLayer"
+OBSTACLES, VOXEL, INFLATION = (f"nav2_costmap_2d::{name}Layer" for name in ("Obstacle", "Voxel", "Inflation"))
 
 
 def node(**params):
@@ -38,6 +38,9 @@ def with_controller(group, **server):
 
 
 def with_layers(names, **layers):
+    """A file with these layers; Nav2's inflation layer gets its class."""
+    if "inflation_layer" in names:
+        layers["inflation_layer"] = {"plugin": INFLATION, **layers.get("inflation_layer", {})}
     return {"local_costmap": {"local_costmap": node(plugins=names, **layers)}}
 
 
@@ -70,7 +73,7 @@ def write(tmp_path):
         (with_controller(DWB, progress_checker_plugin="progress_checker"), "humble"),
         (with_controller(DWB, costmap_update_timeout=0.3), "jazzy"),
         ({**with_controller(DWB), "docking_server": node(max_retries=3)}, "jazzy"),
-        ({"recoveries_server": node(recovery_plugins=["spin"])}, "humble"),
+        ({"recoveries_server": node(recovery_plugins=["spin"]), "bt_navigator": node()}, "humble"),
         (with_controller({**DWB, "stateful": True}), "humble"),  # RPP's stateful is Jazzy's, DWB's is no one's
     ],
 )
@@ -84,7 +87,7 @@ def test_the_release_is_told_by_the_keys(document, release):
 
 def test_what_starts_only_one_release_counts_before_what_drives_by_it_and_that_before_the_rest():
     planner = {"planner_server": node(GridBased={"plugin": "nav2_navfn_planner::NavfnPlanner"})}
-    document = {**with_controller({**MPPI, "reset_period": 1.0}, progress_checker_plugin="p"), **planner}
+    document = {**with_controller({**MPPI, "reset_period": 1.0}, progress_checker_plugin="progress_checker"), **planner}
     recognition = parse_nav2_params(document).recognition
     assert recognition.release == "jazzy"
     assert recognition.told_by == ("planner_server.GridBased.plugin",)
@@ -92,6 +95,24 @@ def test_what_starts_only_one_release_counts_before_what_drives_by_it_and_that_b
         "controller_server.FollowPath.reset_period",
         "controller_server.progress_checker_plugin",
     )
+
+
+@pytest.mark.parametrize(
+    "given",
+    [
+        {"max_linear_accel": 2.5, "max_linear_decel": 2.5},
+        {"max_linear_accel": 2.5, "max_robot_pose_search_dist": 10.0},
+        {"min_distance_to_obstacle": 0.0},
+        {"min_distance_to_obstacle": 0.0, "stateful": True},
+    ],
+)
+@pytest.mark.parametrize("shim", [False, True])
+def test_parameters_of_rpp_that_foxy_or_kilted_has_as_well_do_not_tell_lyrical(given, shim):
+    group = {**RPP, **given}
+    if shim:
+        group |= {"plugin": SHIM["plugin"], "primary_controller": RPP["plugin"]}
+    planner = {"planner_server": node(GridBased={"plugin": "nav2_navfn_planner::NavfnPlanner"})}
+    assert parse_nav2_params({**with_controller(group), **planner}).recognition.release == "jazzy"
 
 
 def test_a_file_that_mixes_the_distributions_needs_a_word(write):
@@ -131,7 +152,8 @@ def test_files_of_foxy_and_galactic_are_read_under_todays_names():
         ),
         "bt_navigator": node(default_bt_xml_filename="old.xml"),
     }
-    document["controller_server"]["ros__parameters"]["precise"] = {"xy_goal_tolerance": 0.05}
+    precise = {"plugin": "nav2_controller::SimpleGoalChecker", "xy_goal_tolerance": 0.05}
+    document["controller_server"]["ros__parameters"]["precise"] = precise
     read = parse_nav2_params(document)
     assert read.recognition.release == "humble"
     assert read.navigation.controller_server.goal_checker.xy_goal_tolerance == 0.05
@@ -148,6 +170,25 @@ def test_files_of_foxy_and_galactic_are_read_under_todays_names():
         "recoveries_server.transform_timeout",
         "bt_navigator.default_bt_xml_filename",
     }
+
+
+def test_a_recoveries_server_that_was_left_over_keeps_no_release_from_starting():
+    recoveries = {name: {"plugin": f"nav2_recoveries/{name.capitalize()}"} for name in ("spin", "wait")}
+    document = {
+        "planner_server": node(GridBased={"plugin": "nav2_navfn_planner::NavfnPlanner"}),
+        "recoveries_server": node(recovery_plugins=[*recoveries], max_rotational_vel=0.3, **recoveries),
+    }
+    read = parse_nav2_params(document)
+    assert read.recognition.release == "jazzy"
+    assert read.named("other_release") == ("recoveries_server",)
+    assert read.navigation.behavior_server.max_rotational_vel == 1.0
+
+
+def test_foxys_tree_asks_for_back_up():
+    document = {"recoveries_server": node(recovery_plugins=["spin", "back_up", "wait"], back_up={"plugin": "a/BackUp"})}
+    read = parse_nav2_params(document)
+    assert read.navigation.behavior_server.behavior_plugins == ("spin", "backup", "wait")
+    assert read.named("missing") == read.named("unused") == ()
 
 
 def test_files_of_dashing_and_eloquent_are_read_under_todays_names():
@@ -226,6 +267,11 @@ def test_of_two_sections_the_one_in_its_place_counts():
     read = parse_nav2_params({"local_costmap": right, "robot": document["robot"]})
     assert read.navigation.local_costmap.width == 4
     assert read.named("unused") == ("robot.local_costmap.local_costmap",)
+    read = parse_nav2_params({"local_costmap": document["local_costmap"]})
+    assert (read.navigation.local_costmap.width, read.named("unused")) == (4, ("local_costmap",))
+    slipped = with_controller(DWB)
+    slipped["controller_server"]["goal_checker"] = {"xy_goal_tolerance": 0.1}
+    assert parse_nav2_params(slipped).named("left_out") == ("controller_server.goal_checker",)
     flat = {"a": {"planner_server": node()}, "planner_server": node(planner_plugins=["GridBased"])}
     assert parse_nav2_params(flat).named("unused") == ("a.planner_server",)
 
@@ -450,7 +496,10 @@ def test_behaviours_without_which_nav2s_default_tree_does_not_load_are_named():
     assert missing(["spin", "back_up", "wait"]) == {"backup": "expected in behavior_plugins, got 'back_up'"}
     assert missing([]) == dict.fromkeys(("spin", "backup", "wait"), "expected in behavior_plugins")
     default = "$(find-pkg-share nav2_bt_navigator)/behavior_trees/navigate_to_pose_w_replanning_and_recovery.xml"
-    assert list(missing(["spin", "wait"], default_nav_to_pose_bt_xml=default)) == ["backup"]
+    in_full = default.replace("$(find-pkg-share nav2_bt_navigator)", "/opt/ros/humble/share/nav2_bt_navigator")
+    for tree in (default, in_full):
+        assert list(missing(["spin", "wait"], default_nav_to_pose_bt_xml=tree)) == ["backup"]
+        assert parse_nav2_params({"bt_navigator": node(default_nav_to_pose_bt_xml=tree)}).named("left_out") == ()
     assert missing(["spin", "wait"], default_nav_to_pose_bt_xml="/mine/without_backup.xml") == {}
     assert parse_nav2_params({"behavior_server": node()}).named("missing") == ()
     lines = summarise(parse_nav2_params({"behavior_server": node(behavior_plugins=["spin", "wait"])}))
@@ -496,6 +545,20 @@ def test_an_observation_source_without_a_block_sees_nothing(names):
     assert not shared.navigation.local_costmap.voxel_layer.scan.marking
 
 
+def test_layers_that_are_off_do_not_see():
+    """A lidar of a layer that is off keeps no point cloud out, and such a layer no other of its class."""
+    document = with_layers(
+        ["off", "eyes"], off={"plugin": OBSTACLES, "enabled": False, **LASER}, eyes={"plugin": VOXEL, **CAMERA}
+    )
+    read = parse_nav2_params(document)
+    assert read.navigation.local_costmap.voxel_layer.scan.obstacle_max_range == 4.0
+    assert "local_costmap.local_costmap.eyes.cloud" in read.named("replaced")
+    off = {"plugin": VOXEL, "enabled": False, **LASER}
+    read = parse_nav2_params(with_layers(["off", "lidar"], off=off, lidar={"plugin": VOXEL, **LASER}))
+    assert read.navigation.local_costmap.voxel_layer.enabled
+    assert "local_costmap.local_costmap.off" in read.named("left_out")
+
+
 def test_without_any_lidar_a_point_cloud_stands_for_it():
     read = parse_nav2_params(with_layers(["eyes"], eyes={"plugin": VOXEL, **CAMERA}))
     layer = read.navigation.local_costmap.voxel_layer
@@ -529,6 +592,40 @@ def test_filters_and_other_layers_are_left_out():
     read = parse_nav2_params(document)
     assert read.navigation.local_costmap.plugins == ("inflation_layer",)
     assert {name.rpartition(".")[2] for name in read.named("left_out")} == {"keepout", "sonar"}
+
+
+def test_what_is_left_out_of_the_layers_has_its_own_reason():
+    keepout = {"plugin": "nav2_costmap_2d::KeepoutFilter"}
+    static = {"plugin": "nav2_costmap_2d::StaticLayer"}
+    why = found(with_layers(["map", "peers", "keepout"], map=static, peers=static, keepout=keepout))
+    prefix = "local_costmap.local_costmap"
+    assert why[f"{prefix}.peers"] == ("left_out", "a second static layer, and one is built")
+    kind, said = why[f"{prefix}.keepout"]
+    assert (kind, said) == ("left_out", "nav2_costmap_2d::KeepoutFilter: here, a filter counts only in filters")
+
+
+@pytest.mark.parametrize(
+    ("document", "refused"),
+    [
+        (with_layers(["static_layer", "v"], v={"plugin": VOXEL}), r"local_costmap\.static_layer"),
+        (with_layers(["voxel_layer"], voxel_layer=LASER), r"local_costmap\.voxel_layer"),
+        (with_controller(DWB, goal_checker_plugins=["g"], g={}), r"controller_server\.g"),
+        (with_controller(DWB, progress_checker_plugins=["p"], p={}), r"controller_server\.p"),
+        (
+            {"controller_server": node(controller_plugins=["FollowPath", "b"], FollowPath={}, b=DWB)},
+            r"controller_server\.FollowPath",
+        ),
+    ],
+)
+def test_nav2_gives_a_class_to_its_own_lists_alone(document, refused):
+    with pytest.raises(ConfigError, match=rf"{refused}\.plugin: expected the class of this .*, got none"):
+        parse_nav2_params(document)
+
+
+def test_the_layers_of_nav2s_own_list_have_a_class():
+    names = ["static_layer", "obstacle_layer", "inflation_layer"]
+    document = {"local_costmap": {"local_costmap": node(plugins=names, obstacle_layer=LASER)}}
+    assert parse_nav2_params(document).navigation.local_costmap.plugins == tuple(names)
 
 
 def test_more_than_one_lidar_is_one_here_and_old_scans_are_said():

@@ -175,6 +175,22 @@ def test_converting_to_its_own_release_changes_old_names_alone(humble, tmp_path)
     }
 
 
+def test_converting_gives_foxys_back_up_todays_name(humble, tmp_path):
+    foxy = 'recovery_plugins: ["spin", "back_up"]\n    back_up.plugin: a/B'
+    humble.write_text(HUMBLE.replace('recovery_plugins: ["spin"]', foxy))
+    text = converted(tmp_path, humble, "humble").read_text()
+    assert "    behavior_plugins: [spin, backup]\n    backup.plugin: a/B\n" in text
+
+
+def test_converting_finds_nodes_inside_a_node(humble, tmp_path):
+    inside = "local_costmap:\n  ros__parameters: {use_sim_time: true}\n  local_costmap:\n"
+    layers = "observation_sources: scan, scan: {obstacle_range: 2.0}"
+    layer = f"      obstacle_layer: {{plugin: 'nav2_costmap_2d::ObstacleLayer', {layers}}}\n      footprint:"
+    text = HUMBLE.replace("local_costmap:\n  local_costmap:\n", inside).replace("      footprint:", layer)
+    humble.write_text(text)
+    assert "{obstacle_max_range: 2.0}" in converted(tmp_path, humble, "humble").read_text()
+
+
 def test_the_world_keeps_up_with_the_files_controller_and_robot(humble, capsys):
     parser = options.argparse.ArgumentParser()
     driving_options.add_drive_options(parser)
@@ -186,6 +202,11 @@ def test_the_world_keeps_up_with_the_files_controller_and_robot(humble, capsys):
     assert settings.environment.robot.max_linear_velocity == 0.6
     assert [spec.name for spec in driving_options.named_controllers(args)] == ["FollowPath"]
     assert "mine.yaml: read as Nav2 Humble" in capsys.readouterr().err
+    fast = humble.with_name("fast.yaml")
+    fast.write_text("velocity_smoother: {ros__parameters: {max_velocity: [8.0, 0.0, 2.0]}}")
+    args = parser.parse_args(["--params", str(fast)], options.argparse.Namespace(**COMMON))
+    world = driving_options.drive_settings(args).environment
+    assert (world.robot.max_linear_velocity, world.control_hz, world.physics_hz) == (8.0, 20.0, 160.0)
 
 
 def test_only_drives_with_another_controller_than_the_files(tmp_path):
