@@ -181,7 +181,8 @@ def check_configurations(configurations: Sequence[Configuration]) -> None:
     several = {f"{one.label}.{name}" for one in configurations if len(one.plan.names) > 1 for name in one.plan.names}
     for label in labels:
         if label in several:
-            raise ConfigError(f"--params: expected another label than {label!r}, a controller of another file; write LABEL=FILE")
+            got = f"{label!r}, a controller of another file; write LABEL=FILE"
+            raise ConfigError(f"--params: expected another label than {got}")
     for a, b in combinations(configurations, 2):
         if max(len(a.plan.names), len(b.plan.names)) > 1 and not {*a.plan.names} & {*b.plan.names}:
             got = f"{a.label} has {', '.join(a.plan.names)}, {b.label} has {', '.join(b.plan.names)}"
