@@ -20,7 +20,7 @@ LETHAL = 254
 
 @kernel
 def line_cost(costs, row0, col0, row1, col1):
-    """Largest cost on the Bresenham line between two cells, both ends included; 254 if a cell has it, beside 255 too."""
+    """Largest cost on the Bresenham line between two cells, both ends included; 254 counts more than 255."""
     d_col, d_row = abs(col1 - col0), abs(row1 - row0)
     step_col = 1 if col1 >= col0 else -1
     step_row = 1 if row1 >= row0 else -1
