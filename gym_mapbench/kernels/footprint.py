@@ -20,7 +20,7 @@ LETHAL = 254
 
 @kernel
 def line_cost(costs, row0, col0, row1, col1):
-    """Largest cost on the Bresenham line between two cells, both ends included; stops at 254."""
+    """Largest cost on the Bresenham line between two cells, both ends included; 254 counts more than 255."""
     d_col, d_row = abs(col1 - col0), abs(row1 - row0)
     step_col = 1 if col1 >= col0 else -1
     step_row = 1 if row1 >= row0 else -1
@@ -29,9 +29,9 @@ def line_cost(costs, row0, col0, row1, col1):
     error = long // 2
     row, col, worst = row0, col0, 0
     for _ in range(long + 1):
+        if costs[row, col] == LETHAL:
+            return LETHAL
         worst = max(worst, costs[row, col])
-        if worst == LETHAL:
-            break
         error += short
         if error >= long:
             error -= long
@@ -63,7 +63,10 @@ def critic_footprint_cost(costs, resolution, origin_x, origin_y, x, y, yaw, corn
 
 @kernel
 def outline_cost(costs, resolution, origin_x, origin_y, x, y, yaw, corners, closes_from_last):
-    """Largest cost under an outline; Bresenham's line depends on the end at which an edge begins."""
+    """Largest cost under an outline; Bresenham's line depends on the end at which an edge begins.
+
+    As in Nav2, an edge with 254 is not seen beside an edge with 255, unless it comes first.
+    """
     rows, cols = costs.shape
     cos, sin = math.cos(yaw), math.sin(yaw)
     worst = 0
@@ -80,12 +83,12 @@ def outline_cost(costs, resolution, origin_x, origin_y, x, y, yaw, corners, clos
         else:
             edge = line_cost(costs, previous // cols, previous % cols, cell // cols, cell % cols)
             worst = max(worst, edge)
-            if edge == LETHAL:
+            if worst == LETHAL:
                 return LETHAL
         previous = cell
     start, end = (previous, first) if closes_from_last else (first, previous)
     edge = line_cost(costs, start // cols, start % cols, end // cols, end % cols)
-    return LETHAL if edge == LETHAL else max(worst, edge)
+    return max(worst, edge)
 
 
 @kernel

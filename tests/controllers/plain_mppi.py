@@ -135,10 +135,10 @@ class PlainMppi:
             return 254
         worst = 0
         for (r0, c0), (r1, c1) in [*itertools.pairwise(cells), (cells[0], cells[-1])]:
-            for col, row in bresenham(c0, r0, c1, r1):
-                worst = max(worst, int(self.costmap.costs[row, col]))
-                if worst == 254:
-                    return 254
+            costs = [int(self.costmap.costs[row, col]) for col, row in bresenham(c0, r0, c1, r1)]
+            worst = max(worst, 254 if 254 in costs else max(costs))
+            if worst == 254:
+                break
         return worst
 
     def threshold(self):

@@ -40,12 +40,10 @@ def outline_cost(costmap, pose, corners):
     worst = 0
     # The closing edge runs from the first corner to the last.
     for a, b in [*itertools.pairwise(at), (at[0], at[-1])]:
-        edge = 0
-        for cell in bresenham(*a, *b):
-            edge = max(edge, int(costmap.costs[cell]))
-            if edge == 254:
-                return 254
-        worst = max(worst, edge)
+        costs = [int(costmap.costs[cell]) for cell in bresenham(*a, *b)]
+        worst = max(worst, 254 if 254 in costs else max(costs))
+        if worst == 254:
+            break
     return worst
 
 

@@ -251,3 +251,23 @@ def test_the_closing_edge_begins_at_the_first_corner_but_for_dwbs_critic():
         costs[cell] = 254
         placed = (costs, 1.0, 0.0, 0.0, 0.0, 0.0, 0.0, corners)
         assert (footprint_cost(*placed), critic_footprint_cost(*placed)) == expected
+
+
+@pytest.mark.parametrize(
+    ("cells", "expected"),
+    [
+        ({(0, 1): 255, (0, 3): 254}, 254),
+        ({(0, 1): 254, (0, 3): 255}, 254),
+        ({(0, 2): 254, (2, 4): 255}, 254),
+        ({(0, 2): 255, (2, 4): 254}, 255),
+        ({(4, 2): 255, (2, 0): 254}, 255),
+        ({(2, 0): 254}, 254),
+    ],
+)
+def test_an_obstacle_beside_unknown_space_under_an_outline(cells, expected):
+    """Nav2's line returns 254 whatever else is on it; of the edges, the largest cost so far counts."""
+    costs = np.zeros((5, 5), np.uint8)
+    for cell, cost in cells.items():
+        costs[cell] = cost
+    corners = np.array([[0.5, 0.5], [4.5, 0.5], [4.5, 4.5], [0.5, 4.5]])
+    assert footprint_cost(costs, 1.0, 0.0, 0.0, 0.0, 0.0, 0.0, corners) == expected
