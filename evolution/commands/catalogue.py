@@ -97,7 +97,8 @@ def _robot(name: str) -> str:
 
 def _noise(name: str) -> str:
     noise = NOISES.get(name)
-    return f"scans {noise.scan:g} m, localisation {noise.pose_xy:g} m, latency {noise.latency:g} s, and more"
+    late = f"commands late by {100 * noise.latency:g} % of a control period"
+    return f"scans {noise.scan:g} m, localisation {noise.pose_xy:g} m, {late}, and more"
 
 
 def _study(name: str) -> Mapping[str, Any]:

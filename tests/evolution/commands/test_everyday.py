@@ -52,6 +52,13 @@ def test_list_names_everything_and_says_what_it_is(capsys):
     assert [key for key, text in about.items() if not text or ":`" in text] == []
 
 
+def test_the_latency_of_a_noise_level_is_a_share_of_the_control_period(capsys):
+    assert main(["list", "noise", "--format", "json"]) == 0
+    (about,) = [row["what it is"] for row in json.loads(capsys.readouterr().out) if row["name"] == "nominal"]
+    assert NOISES.get("nominal").latency == 0.2
+    assert "commands late by 20 % of a control period" in about
+
+
 def test_show_prints_the_whole_of_everything_with_that_name(capsys):
     assert main(["show", "quick"]) == 0
     search, study = yaml.safe_load_all(capsys.readouterr().out)
