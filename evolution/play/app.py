@@ -19,19 +19,18 @@ from starlette.websockets import WebSocket, WebSocketDisconnect
 
 from evolution.play.desk import Desk
 from evolution.play.guard import Door, Guard
-from evolution.play.messages import (
+from evolution.play.messages.replies import Data, Error
+from evolution.play.messages.requests import (
     MAX_TEXT,
     AskOpen,
     AskParameters,
     AskRandom,
     Cancel,
-    Data,
-    Error,
     Scene,
     Session,
-    State,
     read_request,
 )
+from evolution.play.messages.start import State
 from evolution.play.plans import Given, changed_file, command_lines, parameter_files, planned
 from evolution.play.scenes import map_files, opened, sampled, scenario_of, zipped
 from gym_mapbench.errors import ConfigError, MapBenchError

@@ -15,7 +15,7 @@ import scipy
 from numpy.typing import NDArray
 
 from evolution.files import temporary_directory
-from evolution.play.messages import MAX_SIDE, AskOpen, AskRandom, DroppedFile, Scene
+from evolution.play.messages.requests import MAX_SIDE, AskOpen, AskRandom, DroppedFile, Scene
 from gym_mapbench.env.config import EnvConfig
 from gym_mapbench.errors import ConfigError, MapBenchError, refuse_unknown
 from gym_mapbench.generator import FAMILIES, FamilySpec, draw_from
