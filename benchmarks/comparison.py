@@ -10,8 +10,7 @@ import numpy as np
 from evolution import bench, compare, configuration_of
 from evolution.driving import Resources, available_cores
 from gym_mapbench import EnvConfig
-from gym_mapbench.env.scenario_source import draw_scenario
-from gym_mapbench.world.scenario import Scenario
+from gym_mapbench.env.scenario_source import draw_scenarios
 
 
 def main() -> None:
@@ -23,9 +22,7 @@ def main() -> None:
     parser.add_argument("--repeats", type=int, default=5)
     parser.add_argument("--workers", type=int, default=available_cores())
     args = parser.parse_args()
-    rng = np.random.default_rng(1)
-    drawn = [draw_scenario(EnvConfig(shapes={"n_obstacles": (15, 15)}), rng) for _ in range(args.maps)]
-    maps = [Scenario(one.map, one.start, one.goal, f"random_{number:03d}") for number, one in enumerate(drawn)]
+    maps = draw_scenarios(EnvConfig(shapes={"n_obstacles": (15, 15)}), np.random.default_rng(1), args.maps)
     first, second = args.params
     options = {"repeats": args.repeats, "noise": "nominal"}
     resources = Resources(workers=args.workers)

@@ -11,10 +11,9 @@ from pathlib import Path
 import numpy as np
 
 from gym_mapbench import EnvConfig
-from gym_mapbench.env.scenario_source import draw_scenario
+from gym_mapbench.env.scenario_source import draw_scenarios
 from gym_mapbench.mapio.map_set_file import write_map_set
 from gym_mapbench.mapio.tasked_map import group_scenarios
-from gym_mapbench.world.scenario import Scenario
 
 
 def main() -> None:
@@ -27,9 +26,7 @@ def main() -> None:
     args = parser.parse_args()
     world = EnvConfig(shapes={"n_obstacles": (args.obstacles, args.obstacles)})
     rng = np.random.default_rng((args.seed, args.obstacles))
-    drawn = (draw_scenario(world, rng) for _ in range(args.count))
-    named = [Scenario(one.map, one.start, one.goal, f"random_{number:03d}") for number, one in enumerate(drawn)]
-    write_map_set(group_scenarios(named), args.out)
+    write_map_set(group_scenarios(draw_scenarios(world, rng, args.count)), args.out)
 
 
 if __name__ == "__main__":

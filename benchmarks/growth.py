@@ -21,6 +21,7 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
+from sampled_maps import full_costmap, map_with_path
 
 from controllers.nav2_params import load_preset as load_parameters
 from evolution.api import compose
@@ -31,10 +32,7 @@ from evolution.driving.store import ResultStore
 from evolution.runs.directory import RunDir
 from evolution.search.experiments import experiment_of
 from evolution.search.loop import Progress, evolve
-from gym_mapbench.costmap import Costmap, build_static_costmap
-from gym_mapbench.env.config import EnvConfig
-from gym_mapbench.errors import NoPathError
-from gym_mapbench.generator import ShapeSettings, default_task, sample_map
+from gym_mapbench.generator import default_task
 from gym_mapbench.planners import make_planner
 from gym_mapbench.world.gridmap import GridMap
 from gym_mapbench.world.scenario import Scenario
@@ -150,36 +148,17 @@ def by_maps_per_set(generations: int) -> Series:
 
 def by_side(calls: int) -> Series:
     """Cost of a plan by side of the map: the same map with each cell drawn as several."""
-    smallest, full = a_solvable_map()
-    costs = {}
+    navigation, costs = load_parameters("thesis"), {}
+    smallest = map_with_path(navigation).map
     for side in SIDES:
         scale = side // SIDES[0]
         grid = GridMap(np.kron(smallest.occupancy, np.ones((scale, scale), dtype=bool)))
         scenario = Scenario(grid, *default_task(grid))
-        costmap = full(scenario)
+        costmap = full_costmap(scenario, navigation)
         plan = partial(make_planner("navfn").plan, costmap, scenario.start, scenario.goal)
         plan()
         costs[side] = 1e3 * statistics.median(cpu_seconds(plan) for _ in range(calls))
     return Series("a plan of NavFn, by side of the map", "cells", "ms of CPU", costs, "<= 20x; 16x the cells")
-
-
-def a_solvable_map() -> tuple[GridMap, Callable[[Scenario], Costmap]]:
-    """Draw maps of the thesis until one has a path; also returns the function that makes costmaps."""
-    parameters = load_parameters("thesis").global_costmap
-    robot = EnvConfig().robot
-
-    def full(scenario: Scenario) -> Costmap:
-        return build_static_costmap(scenario.map, parameters, parameters.make_footprint(robot))
-
-    rng = np.random.default_rng(3)
-    while True:
-        grid = GridMap(sample_map(rng, ShapeSettings()))
-        scenario = Scenario(grid, *default_task(grid))
-        try:
-            make_planner("navfn").plan(full(scenario), scenario.start, scenario.goal)
-        except NoPathError:
-            continue
-        return grid, full
 
 
 def cpu_seconds(call: Callable[[], object]) -> float:

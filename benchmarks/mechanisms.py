@@ -18,9 +18,9 @@ from pathlib import Path
 from statistics import fmean, median
 from typing import Any
 
-import numpy as np
 from matplotlib.axes import Axes
 from run_tables import MISSING, is_goal, of, share
+from sampled_maps import sampled
 
 from controllers.nav2_params import read_nav2_params
 from evolution import bench
@@ -29,7 +29,7 @@ from evolution.files import Row
 from evolution.pictures import colour_of, draw_map, draw_trajectories, new_figure
 from evolution.search import load_preset, scenario_on
 from gym_mapbench.errors import MapBenchError
-from gym_mapbench.generator import WITHOUT_ROUTE, FamilySpec, MotifGenes, ShapeSettings, draw_from
+from gym_mapbench.generator import FamilySpec, MotifGenes, ShapeSettings
 from gym_mapbench.generator.genomes import genome_of
 from gym_mapbench.generator.motifs import USUAL_WIDTH
 from gym_mapbench.generator.motifs.genes import Section
@@ -182,14 +182,6 @@ def build(family: str, value: float, count: int, robot: str = WAFFLE) -> Scenari
     return replace(scenario, name=f"{family}_{count}_{value:g}", genome=genome_of(family_of_robot, genes))
 
 
-def sampled(count: int) -> list[Scenario]:
-    """Return maps of the families without a route."""
-    shapes, robot = ShapeSettings(), make_robot(WAFFLE)
-    families = [FamilySpec(name=name) for name in WITHOUT_ROUTE]
-    drawn = [draw_from(np.random.default_rng(FIRST_SEED + number), families, shapes, robot) for number in range(count)]
-    return [replace(scenario_on(one.cells, shapes), name=str(number)) for number, one in enumerate(drawn)]
-
-
 def times(rows: Sequence[Row]) -> str:
     """Return the median time of some runs, the least, the greatest and the failures."""
     found = [float(row["time_s"]) for row in rows if is_goal(row)]
@@ -220,7 +212,7 @@ def print_changes(family: str, seeds: int, options: Mapping[str, Any]) -> None:
         for number, change in enumerate(changes.values())
     ]
     found = bench([build(family, *one.probe)], specs, repeats=seeds, **options).rows
-    elsewhere = bench(sampled(SAMPLED), specs, repeats=1, **options).rows
+    elsewhere = bench(sampled(SAMPLED, FIRST_SEED), specs, repeats=1, **options).rows
     print(CHANGE_HEADER.format(controller=one.controller.upper(), at=f"{one.probe[1]} {family}"))
     for spec, label in zip(specs, changes, strict=True):
         print(change_line(label, *(of(some, controller=spec.name) for some in (found, elsewhere))), flush=True)

@@ -8,21 +8,19 @@ Gini of time, and between the two repeats as a control.
 from __future__ import annotations
 
 import argparse
-import csv
 from collections.abc import Mapping, Sequence
-from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
+from run_tables import write_runs
+from sampled_maps import sampled
 from scipy.stats import spearmanr
 
 from evolution import bench
 from evolution.driving import DriveSettings
 from evolution.files import Row
-from evolution.search import gini, load_preset, scenario_on
-from gym_mapbench.generator import WITHOUT_ROUTE, FamilySpec, ShapeSettings, draw_from
-from gym_mapbench.world.robot import make_robot
-from gym_mapbench.world.scenario import Scenario
+from evolution.search import gini, load_preset
+from gym_mapbench.generator import WITHOUT_ROUTE
 
 CONTROLLERS = ("dwb", "mppi", "rpp")
 METRICS = (
@@ -30,15 +28,8 @@ METRICS = (
     *("velocity_smoothness", "jerk", "effort", "n_replans", "n_recoveries"),
 )
 FIRST_SEED, REPEATS = 3000, 2
-
-
-def sample(maps: int) -> list[Scenario]:
-    """Sample maps: random shapes, and the families without a route, in turns."""
-    shapes, robot = ShapeSettings(), make_robot("turtlebot3_waffle")
-    kinds = [FamilySpec(name="shapes")], [FamilySpec(name=name) for name in WITHOUT_ROUTE]
-    drawn = [draw_from(np.random.default_rng(FIRST_SEED + n), kinds[n % 2], shapes, robot) for n in range(maps)]
-    named = {f"{number:03d}_{one.family}": one.cells for number, one in enumerate(drawn)}
-    return [replace(scenario_on(cells, shapes), name=name) for name, cells in named.items()]
+KINDS = ("shapes",), WITHOUT_ROUTE
+"""Families of the maps, in turns."""
 
 
 def ginis(rows: Sequence[Row]) -> list[Row]:
@@ -67,12 +58,10 @@ def main() -> None:
     args = parser.parse_args()
     settings = DriveSettings.from_mapping(load_preset("robust")["run"], "run")
     options = {"settings": settings, "seed": 11, "repeats": REPEATS, "workers": args.workers}
-    rows = ginis(bench(sample(args.maps), list(CONTROLLERS), **options).rows)
+    rows = ginis(bench(sampled(args.maps, FIRST_SEED, KINDS), list(CONTROLLERS), **options).rows)
     if args.out:
-        with args.out.open("w", encoding="utf-8", newline="") as file:
-            table = csv.DictWriter(file, ("map", "repeat", *METRICS), lineterminator="\n")
-            table.writeheader()
-            table.writerows(row | {name: f"{row[name]:.4f}" for name in METRICS} for row in rows)
+        rounded = [row | {name: f"{row[name]:.4f}" for name in METRICS} for row in rows]
+        write_runs(args.out, rounded, ("map", "repeat", *METRICS))
     print(
         f"{len(rows) // REPEATS} of {args.maps} maps are solved by all; Spearman's rho with time, and between repeats"
     )

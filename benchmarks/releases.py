@@ -17,18 +17,17 @@ from pathlib import Path
 import numpy as np
 import scipy.stats
 from run_tables import is_goal, of, over_maps, read_runs, share, write_runs
+from sampled_maps import sampled
 
 from evolution import bench
 from evolution.benchmark.paired import Trial, compare_paired
 from evolution.driving import DriveSettings
 from evolution.files import Row
 from evolution.pictures import colour_of, new_figure
-from evolution.search import load_preset, scenario_on
+from evolution.search import load_preset
 from evolution.search.judging.patterns.gini import gini
 from evolution.statistics import wilson_interval
-from gym_mapbench.generator import WITHOUT_ROUTE, FamilySpec, ShapeSettings, draw_from
 from gym_mapbench.mapio import load_map_set
-from gym_mapbench.world.robot import make_robot
 from gym_mapbench.world.scenario import Scenario
 
 PRESETS = {"humble": "fair", "jazzy": "jazzy_fair", "lyrical": "lyrical_fair"}
@@ -42,14 +41,6 @@ MEASURES = ("min_clearance", "n_recoveries")
 
 Key = tuple[str, str, int]
 """Map, controller and repeat of a run."""
-
-
-def sample(maps: int) -> list[Scenario]:
-    """Sample maps on which the robot gets from start to goal."""
-    shapes, robot = ShapeSettings(), make_robot("turtlebot3_waffle")
-    families = [FamilySpec(name=name) for name in WITHOUT_ROUTE]
-    drawn = [draw_from(np.random.default_rng(FIRST_SEED + number), families, shapes, robot) for number in range(maps)]
-    return [replace(scenario_on(one.cells, shapes), name=f"{n:03d}_{one.family}") for n, one in enumerate(drawn)]
 
 
 def distinct_maps(sets: Sequence[Path]) -> list[Scenario]:
@@ -162,7 +153,7 @@ def main() -> None:
     parser.add_argument("--out", type=Path, default=Path("releases.csv"), help="file of runs; it is continued")
     parser.add_argument("--plot", type=Path, help="picture to draw")
     args = parser.parse_args()
-    groups = {"sampled": sample(args.maps), "evolved": distinct_maps(args.sets)}
+    groups = {"sampled": sampled(args.maps, FIRST_SEED), "evolved": distinct_maps(args.sets)}
     rows = driven(groups, {"sampled": args.seeds, "evolved": args.set_seeds}, args.workers, args.out)
     print(f"| {HEADER} |\n|{'---|' * 9}")
     for maps in groups:

@@ -19,6 +19,7 @@ from functools import partial
 from pathlib import Path
 
 import numpy as np
+from sampled_maps import full_costmap, map_with_path
 
 from controllers.base import ControllerError, FollowerSetup, PathFollower, Twist
 from controllers.dwb.controller import DwbFollower
@@ -33,11 +34,10 @@ from evolution.search import experiment_of
 from evolution.search import load_preset as load_search
 from evolution.search.sections import ValidationSettings
 from evolution.search.validation_stage.selection import select
-from gym_mapbench.costmap import Costmap, LaserScan, LayeredCostmap, build_static_costmap
+from gym_mapbench.costmap import Costmap, LaserScan, LayeredCostmap
 from gym_mapbench.env.config import EnvConfig
 from gym_mapbench.env.single import MapBenchEnv
-from gym_mapbench.errors import NoPathError
-from gym_mapbench.generator import FamilySpec, ShapeSettings, default_task, draw_from, sample_map
+from gym_mapbench.generator import FamilySpec, ShapeSettings, draw_from
 from gym_mapbench.planners import make_planner
 from gym_mapbench.world.footprint import Footprint
 from gym_mapbench.world.gridmap import GridMap
@@ -81,26 +81,8 @@ def measure(name: str, call: Callable[[], object], calls: int = 200, nav2_ms: fl
     return Timing(name, statistics.median(seconds), statistics.median(loops), nav2_ms)
 
 
-def a_scenario(seed: int = 3) -> Scenario:
-    """Draw thesis maps until one has a path."""
-    rng = np.random.default_rng(seed)
-    navigation = load_preset("thesis")
-    while True:
-        grid = GridMap(sample_map(rng, ShapeSettings()))
-        scenario = Scenario(grid, *default_task(grid))
-        try:
-            make_planner("navfn").plan(full_costmap(scenario, navigation), scenario.start, scenario.goal)
-        except NoPathError:
-            continue
-        return scenario
-
-
 def footprint(navigation: NavigationParams) -> Footprint:
     return navigation.local_costmap.make_footprint(EnvConfig().robot)
-
-
-def full_costmap(scenario: Scenario, navigation: NavigationParams) -> Costmap:
-    return build_static_costmap(scenario.map, navigation.global_costmap, footprint(navigation))
 
 
 def window_of(costmap: Costmap, pose: Pose) -> Costmap:
@@ -300,7 +282,7 @@ def main() -> None:
     if args.against:
         compare_checkouts(args.against.resolve(), args.rounds)
         return
-    nav2, scenario = recorded_nav2(args.oracle), a_scenario()
+    nav2, scenario = recorded_nav2(args.oracle), map_with_path(load_preset("thesis"))
     print(f"{'what':44s} {'ms':>10s} {'x loop':>12s} {'Nav2 ms':>10s} {'faster':>9s}")
     for timing in (
         *follower_timings(scenario, nav2),

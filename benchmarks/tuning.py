@@ -13,7 +13,7 @@ import numpy as np
 
 from evolution import bench, tune
 from gym_mapbench import EnvConfig
-from gym_mapbench.env.scenario_source import draw_scenario
+from gym_mapbench.env.scenario_source import draw_scenarios
 from gym_mapbench.world.scenario import Scenario
 
 OBSTACLES = 30
@@ -58,9 +58,7 @@ def main() -> None:
 def maps(count: int, seed: int) -> Sequence[Scenario]:
     """Return the maps that ``benchmarks/fresh_maps.py --obstacles 30 --seed SEED`` draws."""
     world = EnvConfig(shapes={"n_obstacles": (OBSTACLES, OBSTACLES)})
-    rng = np.random.default_rng((seed, OBSTACLES))
-    drawn = [draw_scenario(world, rng) for _ in range(count)]
-    return [Scenario(one.map, one.start, one.goal, f"random_{number:03d}") for number, one in enumerate(drawn)]
+    return draw_scenarios(world, np.random.default_rng((seed, OBSTACLES)), count)
 
 
 if __name__ == "__main__":

@@ -221,6 +221,11 @@ def holm(p_values: Sequence[float]) -> list[float]:
     return [float(p) for p in corrected]
 
 
+def p_in_words(p_value: float) -> str:
+    """Return a p-value as sentences give it."""
+    return "p < 0.001" if p_value < 0.001 else f"p = {p_value:.2g}"
+
+
 def vargha_delaney_a12(first: ArrayLike, second: ArrayLike) -> float:
     """Probability that a value of ``first`` is larger than one of ``second``, ties half (Vargha, Delaney 2000)."""
     a, b = np.asarray(first, dtype=float), np.asarray(second, dtype=float)

@@ -10,7 +10,6 @@ from __future__ import annotations
 
 import time
 from collections.abc import Callable
-from typing import Protocol
 
 import numpy as np
 from numpy.typing import NDArray
@@ -21,24 +20,14 @@ from controllers.nav2_params.navigation import ControllerServer as ControllerSer
 from controllers.navigator import error_codes
 from controllers.navigator.actions import Outcome, Result
 from controllers.navigator.checkers import make_goal_checker, make_progress_checker
-from controllers.navigator.costmap_wait import CostmapWait, UpdatedCostmap
+from controllers.navigator.costmap_wait import CostmapWait, ServedCostmap
 from controllers.navigator.rate import NEVER, TIME_RESOLUTION, Rate
 from controllers.navigator.robot_state import RobotState
 from controllers.releases import Release
-from gym_mapbench.costmap import Costmap
 from gym_mapbench.world.frames import IDENTITY, transform_path
 from gym_mapbench.world.scenario import Pose
 
 REACHED = Outcome(Result.SUCCEEDED)
-
-
-class LocalCostmap(UpdatedCostmap, Protocol):
-    """The local costmap."""
-
-    @property
-    def costmap(self) -> Costmap:
-        """The costmap as of its last update."""
-        ...
 
 
 def no_time() -> float:
@@ -81,7 +70,7 @@ class ControllerServer:
         follower: PathFollower,
         params: ControllerServerParams,
         robot: RobotState,
-        costmap: LocalCostmap,
+        costmap: ServedCostmap,
         publish: Callable[[Twist], None],
         *,
         abort_is_exception: bool = False,

@@ -9,6 +9,7 @@ from __future__ import annotations
 from typing import Protocol
 
 from controllers.navigator.rate import NEVER, TIME_RESOLUTION
+from gym_mapbench.costmap import Costmap
 
 POLL_PERIOD = 0.01
 """Seconds between two looks at the costmap."""
@@ -58,6 +59,15 @@ class UpdatedCostmap(Protocol):
 
     def is_current(self, now: float) -> bool:
         """Whether the costmap, at ``now`` (s), has been updated since it was cleared."""
+        ...
+
+
+class ServedCostmap(UpdatedCostmap, Protocol):
+    """The local or the global costmap, which a server reads."""
+
+    @property
+    def costmap(self) -> Costmap:
+        """The costmap as of its last update."""
         ...
 
 

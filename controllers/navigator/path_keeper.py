@@ -6,27 +6,19 @@ include/nav2_planner/is_path_valid_service.hpp.
 
 from __future__ import annotations
 
-from typing import Any, Protocol
+from typing import Any
 
 import numpy as np
 
+from controllers.navigator.costmap_wait import ServedCostmap
 from controllers.navigator.planner_server import RobotOnMap
-from gym_mapbench.costmap import INSCRIBED_INFLATED_OBSTACLE, LETHAL_OBSTACLE, NO_INFORMATION, Costmap
+from gym_mapbench.costmap import INSCRIBED_INFLATED_OBSTACLE, LETHAL_OBSTACLE, NO_INFORMATION
 from gym_mapbench.kernels.footprint import footprint_cost
 from gym_mapbench.kernels.geometry import cell_index
 from gym_mapbench.world.footprint import Footprint
 
 SEARCH = 1.5
 """Length of path ahead of the last nearest pose in which the next is sought, m."""
-
-
-class GlobalCostmap(Protocol):
-    """The global costmap."""
-
-    @property
-    def costmap(self) -> Costmap:
-        """The costmap as of its last update."""
-        ...
 
 
 class PathKeeper:
@@ -39,7 +31,7 @@ class PathKeeper:
         footprint: The padded footprint.
     """
 
-    def __init__(self, distance: float, robot: RobotOnMap, costmap: GlobalCostmap, footprint: Footprint) -> None:
+    def __init__(self, distance: float, robot: RobotOnMap, costmap: ServedCostmap, footprint: Footprint) -> None:
         self._distance, self._robot, self._costmap, self._footprint = distance, robot, costmap, footprint
         self._corners = np.ascontiguousarray(footprint.corners)
         self._path: Any = ()

@@ -11,23 +11,13 @@ import numpy as np
 
 from controllers.navigator import error_codes
 from controllers.navigator.actions import Outcome, Result
-from controllers.navigator.costmap_wait import CostmapWait, UpdatedCostmap
+from controllers.navigator.costmap_wait import CostmapWait, ServedCostmap
 from controllers.navigator.rate import NEVER
-from gym_mapbench.costmap import Costmap
 from gym_mapbench.errors import EndpointError, PlanningError, PluginError, UnsafeEndpointError
 from gym_mapbench.planners.base import GlobalPlanner, Path
 from gym_mapbench.world.scenario import Pose
 
 TIMED_OUT = Outcome(Result.ABORTED, error_codes.PLANNER_TIMED_OUT, "Costmap timed out waiting for update")
-
-
-class GlobalCostmap(UpdatedCostmap, Protocol):
-    """The global costmap."""
-
-    @property
-    def costmap(self) -> Costmap:
-        """The costmap as of its last update."""
-        ...
 
 
 class RobotOnMap(Protocol):
@@ -61,7 +51,7 @@ class PlannerServer:
         self,
         planner: GlobalPlanner,
         robot: RobotOnMap,
-        costmap: GlobalCostmap,
+        costmap: ServedCostmap,
         planning_time: float = 0.0,
         timeout: float = NEVER,
     ) -> None:

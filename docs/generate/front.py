@@ -8,11 +8,9 @@ from __future__ import annotations
 
 from pathlib import Path
 
-from docs.generate.gallery import KEPT
-from evolution.pictures import best_maps_figure, drive_best, save_comparison, save_figure
-from evolution.report import picture
+from docs.generate.gallery import KEPT, save_best_maps
+from evolution.pictures import drive_best, save_comparison
 from evolution.runs import load_run
-from gym_mapbench.errors import RunError
 
 DOCS = Path(__file__).parents[1]
 LABELS = {"dwb": "DWB", "mppi": "MPPI", "rpp": "RPP"}
@@ -26,11 +24,7 @@ def main() -> None:
     """
     run = load_run(KEPT / "quick")
     maps = drive_best(run)
-    figure = best_maps_figure(maps, run.controllers)
-    if figure is None:
-        raise RunError(f"{run.path}: no run could be recorded")
-    (drawn,) = save_figure(figure, DOCS / "evolved", formats=("png",))
-    drawn.write_bytes(picture("evolved", drawn.read_bytes()).content)
+    save_best_maps(run, maps, DOCS / "evolved")
     last = maps[-1]
     title = f"Three Nav2 controllers on an evolved map: {last.recorded_sample}"
     labels = [LABELS[one.controller] for one in last.episodes]

@@ -14,9 +14,9 @@ from typing import Any
 
 from docs.generate.markdown import table
 from evolution.files import csv_of, read_csv, write_text
-from evolution.pictures import best_maps_figure, drive_best, save_figure
+from evolution.pictures import DrivenMap, best_maps_figure, drive_best, save_figure
 from evolution.report import changed_replays, picture, replay_page, write_report
-from evolution.runs import load_run
+from evolution.runs import LoadedRun, load_run
 from gym_mapbench.errors import RunError
 
 KEPT = Path(__file__).parents[1] / "gallery"
@@ -51,12 +51,26 @@ def gallery_files(folder: Path) -> Iterator[Path]:
         yield write_report(kept, folder / f"replays_{kept.name}.html")
         write_text(alone := folder / f"replay_{kept.name}.html", replay_page(run, maps))
         yield alone
-        figure = best_maps_figure(maps, run.controllers)
-        if figure is None:
-            raise RunError(f"{kept}: no run could be recorded")
-        (drawn,) = save_figure(figure, folder / f"set_{kept.name}", formats=("png",))
-        drawn.write_bytes(picture(kept.name, drawn.read_bytes()).content)
-        yield drawn
+        yield save_best_maps(run, maps, folder / f"set_{kept.name}")
+
+
+def save_best_maps(run: LoadedRun, maps: Sequence[DrivenMap], stem: Path) -> Path:
+    """Write the figure of the best maps of a run, and return its file.
+
+    Raises:
+        RunError: If no run could be recorded.
+    """
+    figure = best_maps_figure(maps, run.controllers)
+    if figure is None:
+        raise RunError(f"{run.path}: no run could be recorded")
+    return save_small(figure, stem)
+
+
+def save_small(figure: Any, stem: Path) -> Path:
+    """Write a figure as PNG with 256 colours, and return its file."""
+    (drawn,) = save_figure(figure, stem, formats=("png",))
+    drawn.write_bytes(picture(stem.name, drawn.read_bytes()).content)
+    return drawn
 
 
 def kept_times(name: str) -> str:

@@ -6,10 +6,8 @@ import hashlib
 from collections.abc import Iterator
 from pathlib import Path
 
-from docs.generate.gallery import gallery_files
+from docs.generate.gallery import gallery_files, save_small
 from docs.generate.pictures import PICTURES
-from evolution.pictures import save_figure
-from evolution.report import picture
 
 ROOT = Path(__file__).parents[2]
 SOURCES = ("gym_mapbench", "controllers", "evolution", "docs/generate", "docs/gallery", "docs/concepts", "examples")
@@ -31,10 +29,7 @@ def made_files(folder: Path) -> list[Path]:
 
 
 def _pictures(folder: Path) -> Iterator[Path]:
-    for name, make in PICTURES.items():
-        (path,) = save_figure(make(), folder / name, formats=("png",))
-        path.write_bytes(picture(name, path.read_bytes()).content)
-        yield path
+    return (save_small(make(), folder / name) for name, make in PICTURES.items())
 
 
 def _digest() -> str:

@@ -13,9 +13,9 @@ from typing import Any
 
 import numpy as np
 
+from docs.generate.gallery import save_small
 from evolution.files import Row, csv_of, write_text
-from evolution.pictures import best_maps_figure, drive_best, save_figure
-from evolution.report import picture
+from evolution.pictures import best_maps_figure, drive_best
 from evolution.runs import load_run
 from evolution.studies.analysis.loading import load_results
 from evolution.studies.analysis.results import StudyRun
@@ -85,8 +85,7 @@ def _draw_best(run: StudyRun) -> None:
     loaded = load_run(run.path)
     figure = best_maps_figure(drive_best(loaded), loaded.controllers)
     if figure is not None:
-        (drawn,) = save_figure(figure, KEPT / f"best_{run.configuration.name}", formats=("png",))
-        drawn.write_bytes(picture("best", drawn.read_bytes()).content)
+        save_small(figure, KEPT / f"best_{run.configuration.name}")
 
 
 def _of_columns(name: str, row: Row) -> Row:

@@ -7,6 +7,7 @@ from collections.abc import Sequence
 from evolution.benchmark.configurations import ParameterComparison
 from evolution.benchmark.paired import copies_in_words, many_maps, units_in_words
 from evolution.files import Row, counted
+from evolution.statistics import p_in_words
 
 LEVEL = 0.05
 """Significance level of the p-values, which Holm has corrected."""
@@ -89,7 +90,7 @@ def _of_pair(comparison: ParameterComparison, pair: Row) -> list[str]:
     units = units_in_words(pair["n"], many_maps(row["map"] for row in comparison.sides[a]))
     success = (
         f"{b} reaches the goal in {goals[b]} of {counted(runs[b], 'run')}, {a} in {goals[a]} of {runs[a]}. {b} is "
-        f"better on {pair['wins']} of {units}, {a} on {pair['losses']} ({_p(pair['p_success_holm'])})."
+        f"better on {pair['wins']} of {units}, {a} on {pair['losses']} ({p_in_words(pair['p_success_holm'])})."
     )
     return [_headline(a, b, pair), success, *_time(a, b, pair)]
 
@@ -123,12 +124,8 @@ def _time(a: str, b: str, pair: Row) -> list[str]:
     pairs = "one pair" if pair["both"] == 1 else f"{pair['both']} pairs"
     return [
         f"In the {pairs} of runs in which both reach the goal, {b} takes {pair['time_ratio']:.3f} times "
-        f"as long as {a} ({interval}{_p(pair['p_time_holm'])})."
+        f"as long as {a} ({interval}{p_in_words(pair['p_time_holm'])})."
     ]
-
-
-def _p(value: float | None) -> str:
-    return "p < 0.001" if value is not None and value < 0.001 else f"p = {value:.2g}"
 
 
 def _maps(comparison: ParameterComparison) -> list[str]:

@@ -19,6 +19,7 @@ from evolution.driving import (
     EXECUTORS,
     ControllerSpec,
     DriveSettings,
+    ParameterFile,
     Resources,
     ResultStore,
     take_shape_of_robot,
@@ -31,6 +32,7 @@ from evolution.search import DEFAULT_CONTROLLERS, controllers_from
 from gym_mapbench.env.config import EnvConfig
 from gym_mapbench.errors import ConfigError
 from gym_mapbench.planners import PLANNERS
+from gym_mapbench.ros_params import parse_defines
 from gym_mapbench.world.noise import NOISES
 from gym_mapbench.world.robot import ROBOTS, RobotSpec, make_robot
 
@@ -253,6 +255,14 @@ def note_reasons(reasons: Sequence[str], runs: int, how_to_repeat: str) -> None:
     if reasons:
         note(f"{len(reasons)} of {counted(runs, 'run')} ended in an error, the first because: {reasons[0]}")
         note(how_to_repeat)
+
+
+def parameter_file(args: argparse.Namespace) -> ParameterFile | None:
+    """Return the file of ``--params`` with the options for reading it, once read; None without one."""
+    if read_parameter_file(args) is None:
+        return None
+    define = parse_defines(tuple(args.define or ()))
+    return ParameterFile(params=args.params, nav2=args.nav2, define=define, only=args.only)
 
 
 def resources_of(args: argparse.Namespace) -> Resources:

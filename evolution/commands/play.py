@@ -11,14 +11,13 @@ from controllers.nav2_params import PRESETS
 from controllers.nav2_params.plugins import PRIMARIES
 from evolution.commands import driving_options, options
 from evolution.commands.console import console, note
-from evolution.commands.parameter_file import add_reading_options, read_parameter_file
-from evolution.driving import ControllerSpec, ParameterFile
+from evolution.commands.parameter_file import add_reading_options
+from evolution.driving import ControllerSpec
 from evolution.inputs import load_all
 from evolution.play import FILE, AskRandom, Beginning, Given, WorldSettings, export_session, sampled, scene_of, serve
 from evolution.search import controllers_from
 from gym_mapbench.env.config import EnvConfig
 from gym_mapbench.errors import ConfigError
-from gym_mapbench.ros_params import parse_defines
 
 EXAMPLES = """  mapbench play examples/office.yaml                    draw, change parameters, watch; Ctrl-C ends it
   mapbench play office.yaml --params nav2_params.yaml   with the parameters of a robot
@@ -78,7 +77,7 @@ def run(args: argparse.Namespace) -> int:
 def _beginning(args: argparse.Namespace) -> Beginning:
     """Return what the options describe."""
     chosen = driving_options.controllers_of(args)
-    file = None if read_parameter_file(args) is None else _file_of(args)
+    file = driving_options.parameter_file(args)
     preset = FILE if file is not None else args.params or driving_options.DEFAULT_PARAMS
     world = EnvConfig() if args.time_limit is None else EnvConfig(time_limit=args.time_limit)
     scenarios = load_all(args.maps, args.start, args.goal)
@@ -90,12 +89,6 @@ def _beginning(args: argparse.Namespace) -> Beginning:
         WorldSettings(preset=preset, seed=args.seed or 0),
         chosen,
         driving_options.resources_of(args),
-    )
-
-
-def _file_of(args: argparse.Namespace) -> ParameterFile:
-    return ParameterFile(
-        params=args.params, nav2=args.nav2, define=parse_defines(tuple(args.define or ())), only=args.only
     )
 
 

@@ -9,14 +9,12 @@ from rich.progress import MofNCompleteColumn
 from evolution.api import tune
 from evolution.commands import driving_options, options
 from evolution.commands.console import console, note, only_results_on_stdout, print_table, say
-from evolution.commands.parameter_file import read_parameter_file
 from evolution.commands.progress import Bar, RunsPerSecond, StateColumn
-from evolution.driving import Job, ParameterFile, RunResult
+from evolution.driving import Job, RunResult
 from evolution.files import counted
 from evolution.report import write_report
 from evolution.tuning import OBJECTIVES, AgainstSettings, Trial, TuneSettings, Tuning
 from gym_mapbench.errors import ConfigError
-from gym_mapbench.ros_params import parse_defines
 
 EXAMPLES = """  mapbench tune rpp --train train.json --test test.json --out runs/rpp
   mapbench tune FollowPath --params nav2_params.yaml --train maps/*.yaml --test office.yaml --out runs/mine
@@ -112,7 +110,7 @@ def run(args: argparse.Namespace) -> int:
             args.train,
             args.test,
             out=args.out,
-            params=_parameters(args),
+            params=driving_options.parameter_file(args) or args.params,
             space=args.space,
             settings=settings,
             resume=args.resume,
@@ -136,14 +134,6 @@ def _against(args: argparse.Namespace) -> dict[str, AgainstSettings]:
             raise ConfigError("--rounds: expected --against evolve beside it")
         return {}
     return {"against": ROUNDS if args.rounds is None else ROUNDS.replace(rounds=args.rounds)}
-
-
-def _parameters(args: argparse.Namespace) -> str | ParameterFile | None:
-    """Return the preset, or the file with the options for reading it."""
-    if read_parameter_file(args) is None:
-        return None if args.params is None else str(args.params)
-    define = parse_defines(tuple(args.define or ()))
-    return ParameterFile(params=args.params, nav2=args.nav2, define=define, only=args.only)
 
 
 def _print(result: Tuning) -> None:

@@ -26,6 +26,7 @@ from evolution.files.plain import (
     write_bytes,
     write_json,
     write_text,
+    zip_of,
 )
 from evolution.files.table import Table, Tabled, counted, readable
 from evolution.files.temporary import temporary_directory
@@ -68,4 +69,5 @@ __all__ = [
     "write_json",
     "write_text",
     "written_elsewhere",
+    "zip_of",
 ]

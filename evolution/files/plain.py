@@ -7,6 +7,7 @@ import io
 import json
 import os
 import re
+import zipfile
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from contextlib import contextmanager, suppress
 from pathlib import Path
@@ -191,6 +192,15 @@ def npz_of(maps: Mapping[str, GridMap]) -> bytes:
     """Return maps as the bytes of a compressed ``.npz`` file; equal maps give equal bytes."""
     content = io.BytesIO()
     np.savez_compressed(content, allow_pickle=False, **{digest: grid.occupancy for digest, grid in maps.items()})
+    return content.getvalue()
+
+
+def zip_of(files: Mapping[str, bytes]) -> bytes:
+    """Return an archive of some files by name; equal files give equal bytes."""
+    content = io.BytesIO()
+    with zipfile.ZipFile(content, "w") as archive:
+        for name, part in files.items():
+            archive.writestr(zipfile.ZipInfo(name), part, zipfile.ZIP_DEFLATED)
     return content.getvalue()
 
 

@@ -12,7 +12,7 @@ import numpy as np
 from evolution.benchmark import Configuration, ParameterComparison, bench_row, verdict_of_pairs
 from evolution.driving import Job, RunResult
 from evolution.files import Row
-from evolution.play.messages import Answer, AnswerRow, Run
+from evolution.play.messages.replies import Answer, AnswerRow, Run
 from evolution.play.plans import PlannedVariant
 from evolution.play.streaming import Waypoint
 from evolution.search import gini

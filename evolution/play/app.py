@@ -17,23 +17,23 @@ from starlette.routing import Mount, Route, WebSocketRoute
 from starlette.staticfiles import StaticFiles
 from starlette.websockets import WebSocket, WebSocketDisconnect
 
+from evolution.files import zip_of
 from evolution.play.desk import Desk
 from evolution.play.guard import Door, Guard
-from evolution.play.messages import (
+from evolution.play.messages.replies import Data, Error
+from evolution.play.messages.requests import (
     MAX_TEXT,
     AskOpen,
     AskParameters,
     AskRandom,
     Cancel,
-    Data,
-    Error,
     Scene,
     Session,
-    State,
     read_request,
 )
+from evolution.play.messages.start import State
 from evolution.play.plans import Given, changed_file, command_lines, parameter_files, planned
-from evolution.play.scenes import map_files, opened, sampled, scenario_of, zipped
+from evolution.play.scenes import map_files, opened, sampled, scenario_of
 from gym_mapbench.errors import ConfigError, MapBenchError
 from gym_mapbench.files.documents import parse_json
 
@@ -140,7 +140,7 @@ class Application:
 
     def _save_map(self, body: str) -> Response:
         scene = Scene.from_mapping(parse_json(body, "save", ConfigError), "save")
-        return _download(f"{scene.name}.zip", zipped(map_files(scenario_of(scene))))
+        return _download(f"{scene.name}.zip", zip_of(map_files(scenario_of(scene))))
 
     def _save_params(self, body: str) -> Response:
         asked = AskParameters.from_mapping(parse_json(body, "save", ConfigError), "save")
@@ -153,7 +153,7 @@ class Application:
         command = "\n".join([*command_lines(variants, session, self._given), ""]).encode()
         return _download(
             f"{session.scene.name}_session.zip",
-            zipped({**map_files(scenario_of(session.scene)), **texts, "command.txt": command}),
+            zip_of({**map_files(scenario_of(session.scene)), **texts, "command.txt": command}),
         )
 
 

@@ -8,8 +8,8 @@ from pathlib import Path
 from controllers.nav2_params.plugins import CONTROLLERS
 from evolution.driving import ControllerSpec, DriveSettings
 from evolution.files import PACKAGE_VERSION
-from evolution.play.messages import (
-    MAX_FILE,
+from evolution.play.messages.requests import MAX_FILE, Scene, Variant, WorldSettings
+from evolution.play.messages.start import (
     ControllerState,
     FamilyState,
     Gene,
@@ -17,10 +17,7 @@ from evolution.play.messages import (
     MapEntry,
     PresetState,
     RobotState,
-    Scene,
     State,
-    Variant,
-    WorldSettings,
 )
 from evolution.play.parameters import controller_parameters, costmap_parameters
 from evolution.play.plans import FILE, Given, own_settings

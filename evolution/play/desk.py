@@ -10,7 +10,8 @@ from functools import partial
 
 from evolution.play.drives import Driven, Send, drive, prepared
 from evolution.play.instants import instant_message, look
-from evolution.play.messages import AskInstant, AskSearch, AskWhy, Cancel, Drive, Error, Request
+from evolution.play.messages.replies import Error
+from evolution.play.messages.requests import AskInstant, AskSearch, AskWhy, Cancel, Drive, Request
 from evolution.play.newest import Newest
 from evolution.play.plans import Given
 from evolution.play.searches import search, why

@@ -10,7 +10,8 @@ from operator import attrgetter
 from controllers.registry import relative_cost
 from evolution.driving import Job, RunResult, check_room
 from evolution.play.answers import answer_message, run_message
-from evolution.play.messages import Data, Drive, Way
+from evolution.play.messages.replies import Data, Way
+from evolution.play.messages.requests import Drive
 from evolution.play.plans import Given, PlannedVariant, command_lines, parameter_files, planned
 from evolution.play.scenes import scenario_of
 from evolution.play.streaming import Part, Waypoint, run_streamed

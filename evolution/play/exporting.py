@@ -16,7 +16,9 @@ import numpy as np
 from evolution.driving import Job
 from evolution.play.drives import Driven, drive, prepared
 from evolution.play.instants import instant_message, look
-from evolution.play.messages import Data, Drive, State
+from evolution.play.messages.replies import Data
+from evolution.play.messages.requests import Drive
+from evolution.play.messages.start import State
 from evolution.play.plans import Given
 from evolution.play.track import Track
 from gym_mapbench.errors import ConfigError

@@ -15,7 +15,7 @@ from numpy.typing import NDArray
 from controllers.base import Controller
 from controllers.navigator.navigator import Navigator
 from evolution.driving import Job, RunResult, drive
-from evolution.play.messages import CostGrid, Instant
+from evolution.play.messages.replies import CostGrid, Instant
 from evolution.play.streaming import Address, send
 from evolution.play.thoughts import thoughts_of
 from gym_mapbench.costmap import Costmap

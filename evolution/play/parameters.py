@@ -15,7 +15,7 @@ from controllers.nav2_params.nodes import COSTMAPS
 from controllers.nav2_params.plugins import CONTROLLERS
 from controllers.nav2_params.values import unused_critics
 from evolution.driving import ControllerSpec
-from evolution.play.messages import Parameter
+from evolution.play.messages.start import Parameter
 from evolution.play.plans import known_values
 from evolution.tuning import ParameterRange, shipped_space, space_names
 from gym_mapbench.costmap import CostmapParams

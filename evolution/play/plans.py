@@ -40,7 +40,7 @@ from evolution.driving import (
     with_parameters,
 )
 from evolution.files import temporary_directory, write_text
-from evolution.play.messages import AskParameters, Session, Variant, WorldSettings
+from evolution.play.messages.requests import AskParameters, Session, Variant, WorldSettings
 from gym_mapbench.env.config import EnvConfig
 from gym_mapbench.errors import ConfigError, MapBenchError, refuse_unknown, unknown_name
 from gym_mapbench.files.documents import read_document_text

@@ -4,9 +4,7 @@ from __future__ import annotations
 
 import base64
 import binascii
-import io
 import re
-import zipfile
 from pathlib import Path
 from tempfile import TemporaryDirectory
 
@@ -15,7 +13,7 @@ import scipy
 from numpy.typing import NDArray
 
 from evolution.files import temporary_directory
-from evolution.play.messages import MAX_SIDE, AskOpen, AskRandom, DroppedFile, Scene
+from evolution.play.messages.requests import MAX_SIDE, AskOpen, AskRandom, DroppedFile, Scene
 from gym_mapbench.env.config import EnvConfig
 from gym_mapbench.errors import ConfigError, MapBenchError, refuse_unknown
 from gym_mapbench.generator import FAMILIES, FamilySpec, draw_from
@@ -110,15 +108,6 @@ def map_files(scenario: Scenario) -> dict[str, bytes]:
     """Return the files of a map for Nav2's map_server, its picture, and its start and goal."""
     files = map_server_files(group_scenarios([scenario]))
     return {name: text if isinstance(text, bytes) else text.encode() for name, text in files.items()}
-
-
-def zipped(files: dict[str, bytes]) -> bytes:
-    """Return an archive of some files; the same files give the same bytes."""
-    buffer = io.BytesIO()
-    with zipfile.ZipFile(buffer, "w", zipfile.ZIP_DEFLATED) as archive:
-        for name, content in files.items():
-            archive.writestr(zipfile.ZipInfo(name), content, zipfile.ZIP_DEFLATED)
-    return buffer.getvalue()
 
 
 def _fixed(own: object, value: float) -> list[float] | float:

@@ -13,7 +13,8 @@ from evolution.files import counted
 from evolution.minimizing import read_verdict, smallest_map
 from evolution.play.answers import gini_of, median_time
 from evolution.play.drives import Driven, Send
-from evolution.play.messages import AskSearch, AskWhy, Offer, Offers
+from evolution.play.messages.replies import Offer, Offers
+from evolution.play.messages.requests import AskSearch, AskWhy
 from evolution.play.plans import PlannedVariant
 from evolution.play.scenes import scene_of
 from evolution.play.streaming import run_silently

@@ -12,7 +12,8 @@ from typing import Any
 from evolution.driving import ControllerSpec, Resources, preparation_of, run_job, try_controllers
 from evolution.play.catalogue import state_of
 from evolution.play.exporting import export
-from evolution.play.messages import MAX_TEXT, Scene, State, WorldSettings
+from evolution.play.messages.requests import MAX_TEXT, Scene, WorldSettings
+from evolution.play.messages.start import State
 from evolution.play.plans import Given, own_settings
 from evolution.play.track import Track
 from gym_mapbench.errors import ConfigError

@@ -11,7 +11,8 @@ from controllers.dwb.controller import DwbFollower
 from controllers.mppi.controller import MppiFollower
 from controllers.navigator.navigator import Navigator
 from controllers.rpp.controller import RppFollower
-from evolution.play.messages import Candidate, DwbThoughts, MppiThoughts, Point, RppThoughts, Thoughts
+from evolution.play.messages.replies import Candidate, DwbThoughts, MppiThoughts, RppThoughts, Thoughts
+from evolution.play.messages.requests import Point
 from gym_mapbench.world.frames import compose, transform_path
 from gym_mapbench.world.scenario import Pose
 

@@ -2,13 +2,11 @@
 
 from __future__ import annotations
 
-import io
-import zipfile
 from collections.abc import Mapping, Sequence
 
 import yaml
 
-from evolution.files import Row, counted, csv_of
+from evolution.files import Row, counted, csv_of, zip_of
 from evolution.report.page import Attachment, Report, Section, Table, download, picture
 from evolution.report.replays import ReplayedMap
 from evolution.report.run_page import changed_replays, replayed_maps
@@ -34,9 +32,6 @@ from evolution.studies import (
     verdict_of,
 )
 from gym_mapbench.mapio.map_set_file import BEST_MAP_SET
-
-ZIP_DATE = (1980, 1, 1, 0, 0, 0)
-"""The oldest date a zip file can hold: equal content gives equal bytes."""
 
 SUMMARY = {
     "configuration": "configuration",
@@ -327,16 +322,8 @@ def _downloads(results: StudyResults, best_sets: Sequence[BestSet]) -> list[Atta
         download("maps.csv", csv_of(maps)),
     ]
     if best_sets:
-        files.append(download("best_map_sets.zip", _zipped(best_sets)))
+        sets = {
+            f"{best.run.configuration.name}.json": (best.run.path / BEST_MAP_SET).read_bytes() for best in best_sets
+        }
+        files.append(download("best_map_sets.zip", zip_of(sets)))
     return files
-
-
-def _zipped(best_sets: Sequence[BestSet]) -> bytes:
-    """The best set of every configuration as map-set files."""
-    content = io.BytesIO()
-    with zipfile.ZipFile(content, "w") as archive:
-        for best in best_sets:
-            entry = zipfile.ZipInfo(f"{best.run.configuration.name}.json", ZIP_DATE)
-            text = (best.run.path / BEST_MAP_SET).read_bytes()
-            archive.writestr(entry, text, compress_type=zipfile.ZIP_DEFLATED)
-    return content.getvalue()

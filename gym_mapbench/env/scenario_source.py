@@ -106,6 +106,11 @@ def draw_scenario(config: EnvConfig, rng: np.random.Generator) -> Scenario:
     raise ConfigError(f"shapes: expected maps that {config.robot.name} can solve, got none in {MAX_DRAWS} samples")
 
 
+def draw_scenarios(config: EnvConfig, rng: np.random.Generator, count: int) -> list[Scenario]:
+    """Sample scenarios, called ``random_000``, ``random_001``...; arguments and errors as :func:`draw_scenario`."""
+    return [replace(draw_scenario(config, rng), name=f"random_{number:03d}") for number in range(count)]
+
+
 def is_planned(config: EnvConfig, scenario: Scenario) -> bool:
     """Whether the planner finds a path, where ``path`` is observed."""
     return "path" not in config.observation or has_path(config, scenario)

@@ -17,7 +17,8 @@ from controllers.nav2_params.migration import migrate_file
 from controllers.nav2_params.presets import read_preset
 from controllers.releases import RELEASES
 from gym_mapbench.errors import ConfigError
-from gym_mapbench.ros_params import fill_templates, find_template, parse_defines
+from gym_mapbench.ros_params import fill_templates, parse_defines
+from gym_mapbench.ros_params.templates import find_template
 from gym_mapbench.world.robot import RobotSpec
 from tests.oracle_data import DATA, needs_data
 

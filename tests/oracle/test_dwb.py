@@ -6,13 +6,12 @@ import numpy as np
 import pytest
 
 from controllers.base import Twist
-from controllers.dwb.controller import DwbFollower
 from controllers.dwb.kernels.decision import near_plan
 from controllers.dwb.kernels.plan import GOAL, GOAL_AHEAD, PATH, distance_fields
-from controllers.dwb.params import ROS_ONLY_KEYS, DwbParams
+from evolution.validation.setup import make_planner
 from gym_mapbench.world.scenario import Pose
-from tests.oracle.test_rpp import compare, drive, full_costmaps, make_planner, make_setup, rolling_window
-from tests.oracle_data import each_recording
+from tests.oracle.recordings import each_recording
+from tests.oracle.test_rpp import check_runs
 
 # Scores, twists and commands are recorded to six decimals.
 SCORE = 6e-7
@@ -21,20 +20,13 @@ TICKS = 400
 RUNS_PER_KIND = 6
 
 
-def make_follower(recorded, **changes):
-    made = DwbFollower(DwbParams(**recorded.params("DWB", ROS_ONLY_KEYS, **changes)))
-    made.reset(make_setup(recorded))
-    return made
-
-
 def calls(recorded):
     """Every recorded call: its row, a follower that has the plan, and pose, velocity and costmap."""
-    units, costmaps, planner = recorded.load("units"), full_costmaps(recorded), make_planner(recorded)
-    goal = Pose(*recorded.spec["goal"])
+    units, costmaps, planner = recorded.load("units"), recorded.costmaps, make_planner(recorded.oracle)
     for i, map_id in enumerate(units["map_id"]):
         costmap = costmaps[int(map_id)]
-        made = make_follower(recorded)
-        made.set_plan(planner.plan(costmap, Pose(*units["plan_from"][i].tolist()), goal))
+        made = recorded.follower("DWB")
+        made.set_plan(planner.plan(costmap, Pose(*units["plan_from"][i].tolist()), recorded.preset.goal))
         yield i, made, Pose(*units["pose"][i].tolist()), Twist(*units["vel"][i].tolist()), costmap
 
 
@@ -82,11 +74,4 @@ def test_map_grids(recorded):
 @pytest.mark.parametrize(("variant", "local"), [("default", "full"), ("default", "rolling"), ("fast", "full")])
 @each_recording
 def test_closed_loop_runs_come_out_the_same(recorded, variant, local):
-    costmaps, runs = full_costmaps(recorded), recorded.load("runs")
-    for run in recorded.runs("DWB", variant, local)[:RUNS_PER_KIND]:
-        begin, end = runs["offset"][run["index"] : run["index"] + 2]
-        rows = slice(begin, min(end, begin + TICKS))
-        made = make_follower(recorded, **recorded.variant(f"DWB/{variant}"))
-        start = Pose(*recorded.spec["start"])
-        window = rolling_window(recorded, run["map"], start) if local == "rolling" else None
-        compare(drive(recorded, made, costmaps[run["map"]], window, rows.stop - rows.start), runs, rows, run)
+    check_runs(recorded, "DWB", variant, local, RUNS_PER_KIND, TICKS)

@@ -5,21 +5,20 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from controllers.base import Twist
-from controllers.mppi.controller import MppiFollower
+from controllers.base import STOP, Twist
 from controllers.mppi.evaluation import evaluate
-from controllers.mppi.params import ROS_ONLY_KEYS, MppiParams
+from controllers.mppi.params import MppiParams
 from controllers.mppi.path_handler import PathHandler
+from evolution.validation.setup import follower_params, follower_setup
 from gym_mapbench.world.scenario import Pose
-from tests.oracle.test_rpp import full_costmaps, make_setup
-from tests.oracle_data import each_recording
+from tests.oracle.recordings import each_recording
 
 # Calls whose PathAlign reads memory behind Humble's array and finds there something else than we assume.
 UNDEFINED = {("B", 0), ("B", 2), ("B", 5), ("B", 31), ("B", 40), ("B", 72), ("B", 83)}
 
 
-def make_params(recorded, **changes):
-    return MppiParams(**recorded.params("MPPI", ROS_ONLY_KEYS, **changes))
+def params_of(recorded):
+    return MppiParams(**follower_params(recorded.oracle, "MPPI"))
 
 
 def rows_of(table, name):
@@ -30,10 +29,10 @@ def rows_of(table, name):
 
 @each_recording
 def test_local_paths(recorded):
-    units, maps = recorded.load("units"), full_costmaps(recorded)
+    units, maps = recorded.load("units"), recorded.costmaps
     calls = zip(units["pose"], units["map_id"], rows_of(units, "path"), rows_of(units, "mppi_path"), strict=True)
     for pose, map_id, plan, expected in calls:
-        paths = PathHandler(make_params(recorded))
+        paths = PathHandler(params_of(recorded))
         paths.set_plan(plan)
         ours = paths.local_path(Pose(*pose.tolist()), maps[int(map_id)])
         # Stored to 1e-9 m, a path of 68 half cells can be longer or shorter than prune_distance by its last pose.
@@ -44,13 +43,14 @@ def test_local_paths(recorded):
 
 @each_recording
 def test_unit_vectors(recorded):
-    units, maps, table = recorded.load("units"), full_costmaps(recorded), recorded.load("units_mppi")
-    noise, undefined = recorded.arrays("mppi_noise.npz"), UNDEFINED if recorded.release == "humble" else set()
+    units, maps, table = recorded.load("units"), recorded.costmaps, recorded.load("units_mppi")
+    noise = recorded.oracle.arrays("mppi_noise.npz")
+    undefined = UNDEFINED if recorded.oracle.release == "humble" else set()
     details = {int(unit): row for row, unit in enumerate(table["unit_index"])}
-    params, setup, preset = make_params(recorded), make_setup(recorded), recorded.preset
+    params, setup, preset = params_of(recorded), follower_setup(recorded.oracle, recorded.preset), recorded.name
     for i, path in enumerate(rows_of(units, "mppi_path")):
         paths = PathHandler(params)
-        paths.set_plan(np.array([recorded.spec["goal"]]))
+        paths.set_plan(np.array([recorded.preset.goal]))
         ours = evaluate(
             params, setup, Pose(*units["pose"][i].tolist()), Twist(*units["vel"][i].tolist()), path,
             maps[int(units["map_id"][i])], (units["mppi_seq_in_vx"][i], units["mppi_seq_in_wz"][i]),
@@ -81,15 +81,11 @@ def compare_costs(ours, table, row, undefined):
 @each_recording
 def test_first_command_of_every_seed(recorded):
     """From rest every recorded run begins with Nav2's own noise: the second draw, or the first if it is regenerated."""
-    plans, maps, runs = recorded.load("plans"), full_costmaps(recorded), recorded.load("runs")
+    plans, maps, runs = recorded.load("plans"), recorded.costmaps, recorded.load("runs")
     paths = dict(zip(plans["map_id"].tolist(), rows_of(plans, "path"), strict=True))
-    start = Pose(*recorded.spec["start"])
     for variant in ("default", "footprint", "fixed_noise"):
         for run in (one for one in recorded.runs("MPPI", variant, "full") if one["map"] == plans["map_id"][0]):
-            footprint = {"CostCritic.consider_footprint": True} if variant == "footprint" else {}
-            changes = {**footprint, **({"regenerate_noises": False} if variant == "fixed_noise" else {})}
-            made = MppiFollower(make_params(recorded, **changes, noise="nav2", noise_seed=run["seed"]))
-            made.reset(make_setup(recorded))
+            made = recorded.follower("MPPI", variant, run["seed"])
             made.set_plan(paths[run["map"]])
-            command = made.compute_velocity_commands(start, Twist(0.0, 0.0), maps[run["map"]], 0.0)
+            command = made.compute_velocity_commands(recorded.preset.start, STOP, maps[run["map"]], 0.0)
             assert command == pytest.approx(runs["cmd"][runs["offset"][run["index"]]], abs=2e-5)

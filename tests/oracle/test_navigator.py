@@ -2,38 +2,18 @@
 
 from __future__ import annotations
 
-import math
-
 import numpy as np
 import pytest
 
-from controllers.base import Context
+from controllers.base import STOP, Context, Twist
 from controllers.navigator.navigator import Navigator
+from evolution.validation.around.plant import RecordedPlant
 from evolution.validation.oracle import Oracle
 from evolution.validation.setup import make_follower, navigation_of, robot_of
-from gym_mapbench.world.scenario import Pose, wrap_angle
 from tests.oracle_data import ORACLE, needs_oracle
 
 pytestmark = needs_oracle
 PERIOD, TICKS = 0.05, 5
-
-
-class RecordedPlant:
-    """The integrator of the recorded runs: 100 Hz, bounded accelerations, heading at mid-step."""
-
-    def __init__(self, start: Pose) -> None:
-        self.pose, self.v, self.w = start, 0.0, 0.0
-
-    def drive(self, command) -> None:
-        dt = PERIOD / TICKS
-        for _ in range(TICKS):
-            self.v += float(np.clip(command[0] - self.v, -2.5 * dt, 2.5 * dt))
-            self.w += float(np.clip(command[1] - self.w, -3.2 * dt, 3.2 * dt))
-            x, y, yaw = self.pose
-            middle = yaw + self.w * dt / 2
-            self.pose = Pose(
-                x + self.v * math.cos(middle) * dt, y + self.v * math.sin(middle) * dt, wrap_angle(yaw + self.w * dt)
-            )
 
 
 @pytest.fixture(scope="module")
@@ -50,12 +30,14 @@ def drive_again(oracle: Oracle, preset, record) -> tuple[Navigator, np.ndarray]:
     navigator.reset(
         Context(robot_of(oracle, preset), grid, preset.start, preset.goal, PERIOD, np.random.default_rng(0))
     )
-    plant, commands = RecordedPlant(preset.start), []
+    plant, commands = RecordedPlant(preset.start, STOP), []
     while navigator.status == "running":
         pose = np.array(plant.pose)
-        command = navigator.act({"pose": pose, "odom": pose, "velocity": np.array((plant.v, plant.w))})
+        command = navigator.act({"pose": pose, "odom": pose, "velocity": np.array(plant.velocity)})
         commands.append(command)
-        plant.drive(command)
+        plant.command = Twist(*command)
+        for _ in range(TICKS):
+            plant.advance(0.0)
     return navigator, np.array(commands)
 
 

@@ -6,8 +6,7 @@ from typing import Annotated, Literal
 
 from pydantic import Field, field_validator
 
-from evolution.search.algorithms.base import Algorithm
-from evolution.search.algorithms.registry import ALGORITHMS
+from evolution.search.algorithms.registry import ALGORITHMS, Algorithm
 from evolution.search.operators import MutationSettings
 from gym_mapbench.quantities import Fraction
 from gym_mapbench.settings import Settings

@@ -20,15 +20,12 @@ from evolution.search.judging.fitness import Fitness, calibrate_scale, scores_of
 from evolution.search.judging.judgement import JudgedMap, Judgement, best_of, order_kept, order_of, values_in_order
 from evolution.search.judging.map_results import (
     MapResults,
-    failed_trials,
     is_solved,
     is_untouched,
     missing_runs,
     repeats_of,
     singles_of,
-    solved_trials,
     success_share,
-    without_failed_trials,
 )
 from evolution.search.judging.objectives import Objectives
 from evolution.search.judging.patterns import FITNESSES, Parts, Pattern, gini
@@ -54,7 +51,6 @@ __all__ = [
     "best_of_judged",
     "best_set",
     "calibrate_scale",
-    "failed_trials",
     "gini",
     "is_solved",
     "is_untouched",
@@ -64,8 +60,6 @@ __all__ = [
     "repeats_of",
     "scores_of",
     "singles_of",
-    "solved_trials",
     "success_share",
     "values_in_order",
-    "without_failed_trials",
 ]

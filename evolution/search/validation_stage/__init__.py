@@ -13,6 +13,6 @@ from __future__ import annotations
 
 from evolution.search.validation_stage.front import FrontPoint, front_of, reevaluate
 from evolution.search.validation_stage.held_out import ValidationResult
-from evolution.search.validation_stage.stage import Validated, validate
+from evolution.search.validation_stage.stage import validate
 
-__all__ = ["FrontPoint", "Validated", "ValidationResult", "front_of", "reevaluate", "validate"]
+__all__ = ["FrontPoint", "ValidationResult", "front_of", "reevaluate", "validate"]

@@ -8,7 +8,7 @@ from collections.abc import Sequence
 import numpy as np
 
 from evolution.files import Row, counted
-from evolution.statistics import Summary, TestResult, median_interval
+from evolution.statistics import Summary, TestResult, median_interval, p_in_words
 from evolution.studies.analysis.comparisons import QUANTITIES, Comparison, StudyAnalysis, analyse
 from evolution.studies.analysis.held_out import conditions, held_out_rows, rank_agreement, selected_sets
 from evolution.studies.analysis.judges import Judge
@@ -40,7 +40,7 @@ def _held_out_against(analysis: StudyAnalysis) -> list[str]:
     rows = {row["configuration"]: row for row in reported_fitness_rows(analysis.results)}
     return [
         f"Median held-out fitness: {_held_out(row)}; {_held_out(rows[row['against']])}. Lower is better: {name} is "
-        f"better in {100 * row['a12']:.0f} % of pairs of searches (A12; {_p(row['p_holm'])})."
+        f"better in {100 * row['a12']:.0f} % of pairs of searches (A12; {p_in_words(row['p_holm'])})."
         for name, row in rows.items()
         if row["against"]
         and row["p_holm"] < ALPHA
@@ -143,7 +143,7 @@ def _behind(pair: TestResult, comparison: Comparison) -> str:
     lead = comparison.summaries[second].median - comparison.summaries[first].median
     behind = "no pattern in the median" if lead >= NO_PATTERN_LEAD else f"median {lead:.2f} behind"
     better = f"{first} better in {100 * pair.effect:.0f} % of pairs of searches, A12"
-    return f"{second} ({behind}; {better}; {_p(pair.p_value)}; n = {pair.n[0]} and {pair.n[1]})"
+    return f"{second} ({behind}; {better}; {p_in_words(pair.p_value)}; n = {pair.n[0]} and {pair.n[1]})"
 
 
 def _population(test: TestResult, comparison: Comparison) -> str:
@@ -151,7 +151,7 @@ def _population(test: TestResult, comparison: Comparison) -> str:
     effect = "a significant effect" if test.p_value < ALPHA else "no significant effect"
     return (
         f"The population size has {effect} on the {QUANTITIES[comparison.quantity]} fitness ({_list(test.groups)}: "
-        f"Kruskal-Wallis H = {test.statistic:.2f}, {_p(test.p_value)}, {test.effect_name} = {test.effect:.2f}, "
+        f"Kruskal-Wallis H = {test.statistic:.2f}, {p_in_words(test.p_value)}, {test.effect_name} = {test.effect:.2f}, "
         f"n = {', '.join(map(str, test.n))})."
     )
 
@@ -211,10 +211,6 @@ def _repeats(rows: Sequence[Row]) -> list[str]:
 
 def _percent(share: float) -> str:
     return "no trial" if math.isnan(share) else f"{100 * share:.0f} %"
-
-
-def _p(value: float) -> str:
-    return "p < 0.001" if value < 0.001 else f"p = {value:.2g}"
 
 
 def _list(words: Sequence[str]) -> str:

@@ -10,7 +10,7 @@ from dataclasses import replace
 
 import numpy as np
 
-from evolution.driving import ControllerSpec, Job, RunResult, SetResults
+from evolution.driving import ControllerSpec, Job, RunResult, SetResults, run_job
 from evolution.search import Experiment, Fitness, Judgement
 from gym_mapbench.costmap import build_static_costmap
 from gym_mapbench.errors import NoPathError
@@ -42,6 +42,11 @@ def plan_job(job: Job) -> RunResult:
         return RunResult("planner_failure", 0.0, 0.0, reason=str(error))
     length = float(np.hypot(*np.diff(path[:, :2], axis=0).T).sum())
     return RunResult("goal", 0.0, length)
+
+
+def run_study_job(job: Job) -> RunResult:
+    """Return the result of a job of a study: of a run, or of a planned path."""
+    return plan_job(job) if job.controller == PLANNER else run_job(job)
 
 
 class PathLengthFitness(Fitness):

@@ -11,7 +11,7 @@ from controllers.nav2_params.presets import overlay
 from evolution.driving import ControllerSpec, DriveSettings, JobPlan
 from evolution.search import DEFAULT_CONTROLLERS, controllers_from
 from evolution.studies.settings import Document, Name
-from gym_mapbench.env.scenario_source import draw_scenario
+from gym_mapbench.env.scenario_source import draw_scenarios
 from gym_mapbench.errors import ConfigError
 from gym_mapbench.quantities import Few, Natural
 from gym_mapbench.settings import Settings
@@ -67,6 +67,4 @@ class SweepSettings(Settings):
     def scenarios(self) -> list[Scenario]:
         """Return the sampled maps; fewer maps are the first of the same sequence."""
         environment = self.world(next(iter(self.worlds))).environment
-        rng = np.random.default_rng(self.seed)
-        drawn = (draw_scenario(environment, rng) for _ in range(self.maps))
-        return [Scenario(one.map, one.start, one.goal, f"random_{i:03d}") for i, one in enumerate(drawn)]
+        return draw_scenarios(environment, np.random.default_rng(self.seed), self.maps)

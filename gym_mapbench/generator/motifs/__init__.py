@@ -6,12 +6,12 @@ an element are walls. :class:`AlongRoute` puts elements along a route and builds
 
 from __future__ import annotations
 
-from gym_mapbench.generator.motifs.along_route import USUAL_WIDTH, AlongRoute, Place, places
+from gym_mapbench.generator.motifs.along_route import USUAL_WIDTH, AlongRoute, places
 from gym_mapbench.generator.motifs.around import Around
-from gym_mapbench.generator.motifs.genes import Deviations, MotifGenes, Section
+from gym_mapbench.generator.motifs.genes import MotifGenes, Section
 from gym_mapbench.generator.motifs.motif import Motif, Values
 from gym_mapbench.generator.motifs.registry import MOTIFS
-from gym_mapbench.generator.motifs.routes import Leg, Route, legs_of
+from gym_mapbench.generator.motifs.routes import Route, legs_of
 from gym_mapbench.generator.motifs.sequences import Sequences
 
 __all__ = [
@@ -19,11 +19,8 @@ __all__ = [
     "USUAL_WIDTH",
     "AlongRoute",
     "Around",
-    "Deviations",
-    "Leg",
     "Motif",
     "MotifGenes",
-    "Place",
     "Route",
     "Section",
     "Sequences",

@@ -12,7 +12,7 @@ from evolution.play.app import Application
 from evolution.play.catalogue import state_of
 from evolution.play.desk import Desk
 from evolution.play.guard import Door
-from evolution.play.messages import WorldSettings
+from evolution.play.messages.requests import WorldSettings
 from evolution.play.plans import Given, own_settings
 from evolution.play.scenes import scene_of
 from evolution.play.track import Track

@@ -8,7 +8,7 @@ import zipfile
 import pytest
 
 from evolution.api import bench
-from evolution.play.messages import MAX_TEXT
+from evolution.play.messages.requests import MAX_TEXT
 from evolution.search import change_near_way
 
 FIELDS = {

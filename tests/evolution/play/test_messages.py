@@ -8,7 +8,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from evolution.play.messages import MAX_TEXT, REQUESTS, Cancel, WorldSettings, read_request
+from evolution.play.messages.requests import MAX_TEXT, REQUESTS, Cancel, WorldSettings, read_request
 from gym_mapbench.errors import ConfigError
 
 VALUES = st.recursive(

@@ -12,7 +12,7 @@ from controllers.releases import RELEASES
 from evolution.cli import build_parser
 from evolution.commands import driving_options
 from evolution.driving import DriveSettings, JobPlan, ParameterFile
-from evolution.play.messages import AskParameters, Session
+from evolution.play.messages.requests import AskParameters, Session
 from evolution.play.plans import FILE, Given, changed_file, command_lines, parameter_files, planned
 from evolution.search import controllers_from
 from gym_mapbench.errors import ConfigError

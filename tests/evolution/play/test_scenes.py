@@ -10,7 +10,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 from hypothesis.extra.numpy import array_shapes, arrays
 
-from evolution.play.messages import AskOpen, AskRandom
+from evolution.play.messages.requests import AskOpen, AskRandom
 from evolution.play.scenes import map_files, opened, sampled, scenario_of, scene_of
 from gym_mapbench.env.config import EnvConfig
 from gym_mapbench.errors import ConfigError, MapBenchError

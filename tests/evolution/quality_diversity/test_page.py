@@ -8,7 +8,8 @@ import numpy as np
 import pytest
 
 from evolution.driving import Evaluator
-from evolution.quality_diversity import Atlas, AtlasSearch, GridFigures, search_atlas
+from evolution.quality_diversity import Atlas, search_atlas
+from evolution.quality_diversity.search import AtlasSearch, GridFigures
 from evolution.report import write_atlas_report
 from gym_mapbench.metrics.episode import Episode
 from tests.evolution import fake_runs

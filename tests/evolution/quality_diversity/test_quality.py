@@ -10,8 +10,9 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from evolution.driving import RunResult
-from evolution.quality_diversity import AtlasSettings, Axes, MapGrid, boundary_length, quality
-from evolution.quality_diversity.elites import reliability, simplicity
+from evolution.quality_diversity import AtlasSettings
+from evolution.quality_diversity.elites import boundary_length, quality, reliability, simplicity
+from evolution.quality_diversity.grid import Axes, MapGrid
 from gym_mapbench.world.gridmap import GridMap
 
 NAMES = ("dwb", "mppi", "rpp")

@@ -12,7 +12,8 @@ import pytest
 from evolution import load
 from evolution.cli import main
 from evolution.driving import Evaluator, RunResult, resources
-from evolution.quality_diversity import ELITES, AtlasSettings, boundary_length, run_atlas, search_atlas
+from evolution.quality_diversity import ELITES, AtlasSettings, run_atlas, search_atlas
+from evolution.quality_diversity.elites import boundary_length
 from evolution.search import EvolveSettings, Experiment
 from gym_mapbench.errors import ConfigError, RunError
 from gym_mapbench.mapio import load_map_set

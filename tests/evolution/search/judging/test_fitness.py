@@ -10,15 +10,9 @@ from hypothesis import strategies as st
 from evolution.driving.jobs import RunResult
 from evolution.search.judging import Fitness, JudgingSettings, calibrate_scale
 from evolution.search.judging.exact import best_set
-from evolution.search.judging.patterns import (
-    NO_PATTERN,
-    Pattern,
-    cluster_score,
-    gini,
-    gini_fitness,
-    partial_pattern_score,
-    pattern_score,
-)
+from evolution.search.judging.patterns import Pattern, gini
+from evolution.search.judging.patterns.cluster import cluster_score, partial_pattern_score, pattern_score
+from evolution.search.judging.patterns.gini import NO_PATTERN, gini_fitness
 from gym_mapbench.errors import ConfigError, PluginError, RunError
 
 # Means of DWB, MPPI and RPP on maps 1 to 3, s.

@@ -7,17 +7,8 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from evolution.driving import RunResult
-from evolution.search.judging import (
-    Fitness,
-    JudgingSettings,
-    failed_trials,
-    is_solved,
-    missing_runs,
-    singles_of,
-    solved_trials,
-    success_share,
-    without_failed_trials,
-)
+from evolution.search.judging import Fitness, JudgingSettings, is_solved, missing_runs, singles_of, success_share
+from evolution.search.judging.map_results import failed_trials, solved_trials, without_failed_trials
 
 RUN = st.builds(RunResult, st.sampled_from(["goal", "goal", "goal", "timeout", "collision"]), st.floats(1.0, 99.0))
 

@@ -14,7 +14,9 @@ from evolution.driving import RunResult
 from evolution.search.experiment import Experiment
 from evolution.search.judging import Fitness, JudgingSettings
 from evolution.search.judging.exact import best_set
-from evolution.search.judging.patterns import gini, groups, pair_scores, role_scores
+from evolution.search.judging.patterns import gini
+from evolution.search.judging.patterns.pairs import pair_scores
+from evolution.search.judging.patterns.roles import groups, role_scores
 from evolution.search.settings import EvolveSettings
 from gym_mapbench.errors import ConfigError
 from tests.evolution.fake_runs import CONTROLLERS, WORLD
