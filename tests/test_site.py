@@ -34,7 +34,9 @@ from evolution.commands import COMMANDS
 from evolution.commands.catalogue import KINDS
 from evolution.driving import EXECUTORS
 from evolution.runs import load_run
-from evolution.search.judging.patterns.gini import gini, gini_fitness
+from evolution.search import EvolveSettings, load_preset
+from evolution.search.judging.equation import gain
+from evolution.search.judging.patterns.gini import NO_PATTERN, gini, gini_fitness
 from gym_mapbench.mapio.formats import FORMATS
 from gym_mapbench.metrics import METRICS
 from tests.evolution.fake_runs import InProcess
@@ -274,6 +276,28 @@ def test_the_fitness_of_the_thesis_set_is_that_of_its_table(place, fitness):
     ]
     assert f"{-20 * gini_fitness(ginis):.2f}" == fitness
     assert fitness in (ROOT / "docs/concepts/thesis.md").read_text(encoding="utf-8")
+
+
+def test_the_thesis_page_lists_the_values_of_the_preset():
+    search = EvolveSettings.from_mapping(load_preset("thesis")["search"], "thesis")
+    shapes, mutation = search.shapes, search.ga.mutation
+    chances = {mutation.move_probability, mutation.scale_probability, mutation.remove_probability}
+    lines = (ROOT / "docs/concepts/thesis.md").read_text(encoding="utf-8").splitlines()
+    found = {cells[1].strip(): cells[3] for line in lines if len(cells := line.split("|")) == 5}
+    for row, value in {
+        "number of obstacles of a new map": "{} to {},".format(*shapes.n_obstacles),
+        "start and goal": f" {shapes.task_distance} free cells",
+        "cleared area, border": f" {2 * shapes.cleared_distance + 1} by {2 * shapes.cleared_distance + 1} cells",
+        "probability of a mutation": f"{mutation.probability} for each offspring, {mutation.maps} its maps",
+        "changed obstacles k": "{} to {} on each map".format(*mutation.shapes_per_map),
+        "the four operators": f"{chances.pop()} each; moves up to {mutation.move_distance} cells",
+        "connected components": f"{mutation.connectivity} neighbours",
+        "two equal coefficients": f"costs {-gain(search.judging, NO_PATTERN):,.0f} times s".replace(",", " "),
+    }.items():
+        assert value in found[row]
+    assert not chances
+    assert "factors {} to {}".format(*mutation.scale_factor) in found["the four operators"]
+    assert search.judging.timeout_outcomes == ("timeout",)
 
 
 def test_the_thesis_page_counts_every_kept_search():

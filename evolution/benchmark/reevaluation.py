@@ -32,23 +32,27 @@ def reevaluation_in(rows: Sequence[Row], run: LoadedRun) -> Reevaluation | None:
 
 def reevaluation_sentence(reevaluation: Reevaluation, run: LoadedRun) -> str:
     """Return the re-evaluation of a map set in words."""
-    fitness = sorted(one.fitness for one in reevaluation.trials)
     runs = [result for of_map in reevaluation.results for of_controller in of_map for result in of_controller]
     kept = sum(reevaluation.ranks_kept)
-    trials = counted(len(fitness), "trial")
+    trials = counted(len(reevaluation.trials), "trial")
     ranks = "" if None in reevaluation.scores else f"The maps keep their rank in {kept} of {trials}. "
     return (
-        f"As a map set: {_judged(reevaluation.fitness, fitness, run.best_results['fitness'])}. {ranks}"
+        f"As a map set: {_judged(reevaluation, run.best_results['fitness'])}. {ranks}"
         f"{sum(result.success for result in runs)} of {counted(len(runs), 'run')} reach the goal."
     )
 
 
-def _judged(median: float, fitness: Sequence[float], reported: float) -> str:
-    """Return the fitness of all trials and of the search in words; a fitness above 0 is a sum of penalties."""
-    trials = counted(len(fitness), "trial")
+def _judged(reevaluation: Reevaluation, reported: float) -> str:
+    """Return the fitness of all trials and of the search in words; a fitness above 0 is a sum of penalties.
+
+    A fitness of 0 or less does not say that all controllers solve the set: ``cluster`` and ``pairs`` may gain more by
+    two maps than a failed run on the third one costs.
+    """
+    fitness = sorted(one.fitness for one in reevaluation.trials)
+    trials, median = counted(len(fitness), "trial"), reevaluation.fitness
     if median > 0:
         searched = f"reported by the search: {reported:.2f}" if reported <= 0 else "the search found no such set"
-        good = sum(one <= 0 for one in fitness)
+        good = sum(one.fitness <= 0 and one.success_rate == 1 for one in reevaluation.trials)
         return f"all controllers solve it and it has the pattern in {good} of {trials} ({searched})"
     searched = f"reported by the search: {reported:.2f}" if reported <= 0 else f"the search found no set {GOOD_SET}"
     worst = f"{fitness[-1]:.2f}" if fitness[-1] <= 0 else "a sum of penalties"

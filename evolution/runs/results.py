@@ -17,7 +17,7 @@ from evolution.statistics import wilson_interval
 from gym_mapbench.world.scenario import MapSet
 
 GOOD_SET = "that all controllers solve and that has the pattern"
-"""What a map set of a fitness of at most 0 is; a fitness above 0 is a sum of penalties."""
+"""What no map set with a fitness above 0 is, as that is a sum of penalties."""
 BEGIN_ALIKE = ("gini", "cluster")
 """Fitnesses for sets whose first map makes all controllers alike."""
 

@@ -1,4 +1,4 @@
-"""The options of a search. The defaults are those of the thesis."""
+"""The options of a search. The defaults are those of the thesis where it has them."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Random maps as in the thesis (section 4.3): circles, squares and walls scattered over a bordered square.
+"""Random maps as in the thesis (sections 4.1.2 and 5.1): circles, squares and walls scattered over a bordered square.
 
 Every function is a function of its arguments and of the generator passed to it; arrays are
 ``[row, col]`` with row 0 at the bottom.
@@ -31,7 +31,7 @@ TASK_YAW = 3 * math.pi / 4
 
 
 class ShapeSettings(Settings):
-    """What random maps are made of; the defaults are the thesis' world. Ranges include both ends.
+    """What random maps are made of; the defaults are those of the thesis where it has them. Ranges include both ends.
 
     Args:
         size: Rows and columns of the map, cells.
@@ -172,7 +172,7 @@ def default_task(grid: GridMap, margin: int = 11) -> tuple[Pose, Pose]:
 
     Args:
         grid: The map.
-        margin: Cells between the map's edge and the cells of start and goal; border + 10 in the thesis.
+        margin: Cells between the map's edge and the cells of start and goal; border + 10 by default.
 
     Raises:
         ConfigError: If the map is too small.

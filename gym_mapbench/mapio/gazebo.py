@@ -1,7 +1,7 @@
 """Export for Gazebo and Nav2: worlds, models, maps, parameters, behaviour trees, and a runner that drives it all.
 
-The layout is that of the thesis' framework (section 4.2): ``maps/``, ``worlds/``, ``models/NAME/``,
-``params/``. The same walls and poses run in Gazebo Classic (SDF 1.6) and in a current gz-sim.
+A map has the files that the thesis lists (section 4.2), in ``maps/``, ``worlds/``, ``models/NAME/`` and ``params/``.
+The same walls and poses run in Gazebo Classic (SDF 1.6) and in a current gz-sim.
 """
 
 from __future__ import annotations

@@ -5,8 +5,9 @@ set, the last one its gain.
 
 The -1000 of Alg. 2 enters negated, as every pattern value does. Two equal Gini coefficients, or fewer than two maps
 with a value, therefore cost ``w_p * 1000 * s``: 20 000 with the defaults and all runs successful. A set on which
-every run failed costs 100. As in the thesis, sets without a pattern rank worse the more of their runs succeed. They
-disappear as soon as a set with two different maps exists. Alg. 4 has no such jump: without a pattern it returns 0.
+every run failed costs 100, and 10 more for each timeout. As in the thesis, sets without a pattern rank worse the more
+of their runs succeed. They disappear as soon as a set with two different maps exists. Alg. 4 has no such jump: without
+a pattern it returns 0.
 """
 
 from __future__ import annotations

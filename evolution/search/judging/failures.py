@@ -33,7 +33,7 @@ class FailurePolicy:
 
 
 class Exclude(FailurePolicy):
-    """A map with a failed run has no value (thesis, section 4.1.8)."""
+    """A map with a failed run has no value (thesis, section 4.1.11)."""
 
     excludes = True
 

@@ -12,6 +12,8 @@ from pymoo.core.duplicate import DuplicateElimination
 class MapSetDuplicates(DuplicateElimination):  # type: ignore[misc]
     """Marks individuals whose :attr:`MapSet.digest` occurred before; the order of the maps does not matter.
 
+    The thesis compares the tensors, in which the maps have an order; its section 4.1.4 calls the order irrelevant.
+
     pymoo's own elimination compares every pair of variables; its hashing variant hashes individuals, not their content.
     """
 

@@ -8,6 +8,10 @@ from types import SimpleNamespace
 import pytest
 
 from evolution.benchmark import reevaluation_sentence
+from evolution.driving import RunResult
+from evolution.runs import Reevaluation
+from evolution.search import Fitness
+from evolution.search.judging import JudgingSettings
 
 
 @pytest.mark.parametrize(
@@ -30,7 +34,7 @@ from evolution.benchmark import reevaluation_sentence
 )
 def test_penalties_are_no_fitness_for_a_reader(trials, reported, expected):
     judged = SimpleNamespace(
-        trials=[SimpleNamespace(fitness=one) for one in trials],
+        trials=[SimpleNamespace(fitness=one, success_rate=1.0 if one <= 0 else 0.5) for one in trials],
         fitness=median(trials),
         scores=(None,),
         ranks_kept=(),
@@ -40,3 +44,17 @@ def test_penalties_are_no_fitness_for_a_reader(trials, reported, expected):
     assert said.startswith(f"As a map set: {expected}")
     assert "60.00" not in said
     assert "120.00" not in said
+
+
+def test_a_trial_with_a_failed_run_is_not_solved_whatever_its_fitness():
+    """Two maps of the cluster pattern gain 20 * 8/9, the failed run on the third one costs 100/9: -6.67 (Eq. 4.5)."""
+    fitness = Fitness.of(JudgingSettings(fitness="cluster", cluster_scale=1.0), 150.0)
+    equal, different = ((RunResult("goal", time, 1.0),) for time in (10.0, 12.0))
+    failed = (RunResult("controller_failure", 9.0, 1.0),)
+    one_fails = ((equal, equal, equal), (equal, equal, different), (equal, different, failed))
+    all_fail = ((failed,) * 3,) * 3
+    trials = tuple(map(fitness, (one_fails, all_fail, all_fail)))
+    assert trials[0].fitness == pytest.approx(-20 * 8 / 9 + 100 / 9)
+    judged = Reevaluation(one_fails, trials, trials, (None, None, None))
+    said = reevaluation_sentence(judged, SimpleNamespace(best_results={"fitness": -15.0}))
+    assert said.startswith("As a map set: all controllers solve it and it has the pattern in 0 of 3 trials (")
