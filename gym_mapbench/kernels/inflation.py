@@ -143,7 +143,7 @@ def _spread(sources, width, reach, squared):
         cells[end], rows[end], cols[end], follower[end] = cell, 0, 0, END
         follower[last[0]], last[0] = end, end
         end += one
-    for level in range(reach * reach + 1):
+    for level in range(reach * reach):  # all offers of the next level would lie beyond reach
         entry = follower[heads + level]
         while entry != END:
             cell = cells[entry]
