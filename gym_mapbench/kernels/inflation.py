@@ -10,9 +10,8 @@ from __future__ import annotations
 import numpy as np
 
 from gym_mapbench.kernels.distance import squared_distance
-from gym_mapbench.kernels.jit import inlined, kernel
+from gym_mapbench.kernels.jit import kernel
 
-OUT_OF_REACH = 2**31 - 1
 INSCRIBED = 253
 LETHAL = 254
 UNKNOWN = 255
@@ -37,18 +36,24 @@ def inflate(costs, reach, cost_of, exact, inflate_unknown, inflate_around_unknow
         row1: Row after the last one.
         col1: Column after the last one.
     """
-    # Obstacles count up to one reach outside the cells, and their waves spread one reach beyond that.
-    first_row, first_col = max(0, row0 - 2 * reach), max(0, col0 - 2 * reach)
-    around = costs[first_row : row1 + 2 * reach, first_col : col1 + 2 * reach]
-    row0, col0, row1, col1 = row0 - first_row, col0 - first_col, row1 - first_row, col1 - first_col
-    rows, cols = around.shape
-    sources = np.zeros((rows, cols), np.bool_)
-    for row in range(max(0, row0 - reach), min(rows, row1 + reach)):
-        for col in range(max(0, col0 - reach), min(cols, col1 + reach)):
-            cost = around[row, col]
-            sources[row, col] = cost == LETHAL or (inflate_around_unknown and cost == UNKNOWN)
-    squared = whole_squared_distance(sources) if exact else brushfire(sources, reach)
-    write_inflated(around, squared, cost_of, inflate_unknown, row0, col0, row1, col1)
+    # Waves only lead away from their obstacles: what meets in these cells has come through cells within one reach.
+    first_row, first_col = max(0, row0 - reach), max(0, col0 - reach)
+    last_row, last_col = min(costs.shape[0], row1 + reach), min(costs.shape[1], col1 + reach)
+    sources = np.empty((last_row - first_row, last_col - first_col), np.bool_)
+    for row in range(len(sources)):
+        find_sources(costs[first_row + row, first_col:last_col], inflate_around_unknown, sources[row])
+    squared = whole_squared_distance(sources, reach) if exact else brushfire(sources, reach)
+    least = 1 if inflate_unknown else INSCRIBED
+    for row in range(row0, row1):
+        distances = squared[row - first_row, col0 - first_col : col1 - first_col]
+        write_inflated(costs[row, col0:col1], distances, cost_of, least)
+
+
+@kernel
+def find_sources(costs, inflate_around_unknown, sources):
+    """Say which cells of a row are obstacles; a function of rows without branches, for then it is vectorised."""
+    for i in range(len(costs)):
+        sources[i] = (costs[i] == LETHAL) | (inflate_around_unknown & (costs[i] == UNKNOWN))
 
 
 @kernel
@@ -61,73 +66,89 @@ def widen(box, last, radius):
 
 
 @kernel
-def write_inflated(costs, squared, cost_of, inflate_unknown, row0, col0, row1, col1):
-    """Apply Nav2's write rule to these cells, where within reach; ``squared`` ``(rows, cols)`` int32, cells^2."""
-    least = 1 if inflate_unknown else INSCRIBED
-    for row in range(row0, row1):
-        for col in range(col0, col1):
-            if squared[row, col] < len(cost_of):
-                cost = cost_of[squared[row, col]]
-                old = costs[row, col]
-                if cost > old or (old == UNKNOWN and cost >= least):
-                    costs[row, col] = cost
+def write_inflated(costs, squared, cost_of, least):
+    """Apply Nav2's write rule to a row of cells, where within reach.
+
+    Args:
+        costs: ``(cols,)`` uint8, in and out.
+        squared: ``(cols,)`` int32 squared distances, cells^2.
+        cost_of: ``(reach**2 + 1,)`` uint8, cost at a squared distance.
+        least: Smallest cost that replaces 255.
+    """
+    farthest = np.uint32(len(cost_of) - 1)
+    for i in range(len(costs)):
+        old, distance = costs[i], np.uint32(squared[i])
+        cost = cost_of[min(distance, farthest)]
+        written = (distance <= farthest) & ((cost > old) | ((old == UNKNOWN) & (cost >= least)))
+        costs[i] = cost if written else old
 
 
 @kernel
-def whole_squared_distance(sources):
-    """Squared distance ``(rows, cols)`` int32, cells^2, to the nearest source; OUT_OF_REACH without a source."""
+def whole_squared_distance(sources, reach):
+    """Squared distance ``(rows, cols)`` int32, cells^2, to the nearest source; ``reach**2 + 1`` for all beyond."""
     rows, cols = sources.shape
     exact, whole = squared_distance(sources), np.empty((rows, cols), np.int32)
     for row in range(rows):
         for col in range(cols):
-            whole[row, col] = min(exact[row, col], OUT_OF_REACH)
+            whole[row, col] = min(exact[row, col], reach * reach + 1)
     return whole
 
 
 @kernel
 def brushfire(sources, reach):
-    """Squared distance ``(rows, cols)`` int32, cells^2, to the source Nav2 finds; OUT_OF_REACH beyond ``reach``."""
+    """Squared distance ``(rows, cols)`` int32, cells^2, to the source Nav2 finds; ``reach**2 + 1`` for all beyond."""
     rows, cols = sources.shape
     width = cols + 2  # in a frame of cells that no offer beats no bounds need checking
-    squared = np.zeros((rows + 2) * width, np.int32)
-    origins = np.empty(rows * cols, np.uint32)
-    count = 0
+    squared, origins = np.zeros((rows + 2, width), np.int32), np.empty(rows * cols + 1, np.uint32)
+    count = np.uint32(0)
     for row in range(rows):
-        for col in range(cols):
-            cell = (row + 1) * width + col + 1
-            if sources[row, col]:
-                origins[count] = cell
-                count += 1
-            else:
-                squared[cell] = OUT_OF_REACH
-    _spread(origins[:count], np.uint32(width), reach * reach, squared)
-    return squared.reshape(rows + 2, width)[1:-1, 1:-1]
+        _begin_row(sources[row], np.int32(reach * reach + 1), squared[row + 1, 1 : cols + 1])
+        count = _list_sources(sources[row], (row + 1) * width + 1, count, origins)
+    _spread(origins[:count], np.uint32(width), reach, squared.ravel())
+    return squared[1:-1, 1:-1]
 
 
 @kernel
-def _spread(sources, width, farthest, squared):
+def _begin_row(sources, beyond, squared):
+    """Set the distances of a row: 0 at sources, ``beyond`` elsewhere; a function of rows, for then it is vectorised."""
+    for i in range(len(sources)):
+        squared[i] = np.int32(0) if sources[i] else beyond
+
+
+@kernel
+def _list_sources(sources, first, count, origins):
+    """Append the sources of a row, whose first cell is ``first``; return how many are listed now."""
+    for i in range(len(sources)):
+        origins[count] = first + i
+        count += np.uint32(sources[i])
+    return count
+
+
+@kernel
+def _spread(sources, width, reach, squared):
     """Work off the lists of :func:`brushfire`, nearest first, lowering ``squared``.
 
-    ``d_row`` and ``d_col`` say where the source lies that a cell was offered. The list of level ``q`` begins at entry
-    ``heads + q``, follows ``follower`` and ends at ``last[q]``. Its other entries are cells in the order in which they
-    were listed; no cell hears more than four offers. An entry is out of date if its cell has since been offered a
-    nearer source.
+    An entry is a cell, and where it lies, seen from the source that it was offered. The list of level ``q`` begins at
+    entry ``heads + q``, follows ``follower`` and ends at ``last[q]``; no cell hears more than four offers. An entry is
+    out of date if its cell has since been offered a nearer source. Each offer is written as the next entry, which
+    counts if the offer is taken: a branch would be guessed wrong every other time.
     """
-    one, heads = np.uint32(1), 4 * len(squared)  # unsigned indices, for numba would otherwise check for negative ones
-    d_row, d_col = np.zeros(len(squared), np.int32), np.zeros(len(squared), np.int32)
-    waiting, follower = np.empty(heads, np.uint32), np.empty(heads + farthest + 1, np.uint32)
-    last = np.empty(farthest + 1, np.uint32)
-    for q in range(farthest + 1):
+    one, heads, levels = np.uint32(1), 4 * len(squared) + 1, (reach + 1) ** 2 + 1
+    cells, follower = np.empty(heads, np.uint32), np.empty(heads + levels, np.uint32)
+    rows, cols, last = np.empty(heads, np.int32), np.empty(heads, np.int32), np.empty(levels, np.uint32)
+    for q in range(levels):
         last[q], follower[heads + q] = heads + q, END
-    end = 0
+    end = np.uint32(0)
     for cell in sources:
-        end = _list(cell, 0, end, waiting, follower, last)
-    for level in range(farthest + 1):
+        cells[end], rows[end], cols[end], follower[end] = cell, 0, 0, END
+        follower[last[0]], last[0] = end, end
+        end += one
+    for level in range(reach * reach):  # all offers of the next level would lie beyond reach
         entry = follower[heads + level]
         while entry != END:
-            cell = waiting[entry]
+            cell = cells[entry]
             if squared[cell] == level:
-                row, col = np.int64(d_row[cell]), np.int64(d_col[cell])
+                row, col = np.int64(rows[entry]), np.int64(cols[entry])
                 # In the order -x, -y, +x, +y. Offers nearer than this level are none: their lists are worked off.
                 for near, next_row, next_col, outwards in (
                     (cell - one, row, col - 1, -col),
@@ -135,17 +156,11 @@ def _spread(sources, width, farthest, squared):
                     (cell + one, row, col + 1, col),
                     (cell + width, row + 1, col, row),
                 ):
-                    offer = level + 2 * outwards + 1
-                    if outwards >= 0 and offer < squared[near] and offer <= farthest:
-                        squared[near], d_row[near], d_col[near] = offer, next_row, next_col
-                        end = _list(near, offer, end, waiting, follower, last)
+                    if outwards >= 0:
+                        offer, before = level + 2 * outwards + 1, squared[near]
+                        tail, taken = last[offer], offer < before
+                        cells[end], rows[end], cols[end], follower[end] = near, next_row, next_col, END
+                        squared[near], last[offer] = (offer, end) if taken else (before, tail)
+                        follower[tail] = end if taken else END
+                        end += np.uint32(taken)
             entry = follower[entry]
-
-
-@inlined
-def _list(cell, level, end, waiting, follower, last):
-    """Append a cell to the list of a level; return the number of entries."""
-    waiting[end], follower[end] = cell, END
-    follower[last[level]] = end
-    last[level] = end
-    return end + 1

@@ -33,18 +33,18 @@ def combine(master, layer, row0, col0, row1, col1, method):
         method: One of the constants of this module: ``combination_method``, or TRUE_OVERWRITE.
     """
     for row in range(row0, row1):
-        for col in range(col0, col1):
-            new, old = layer[row, col], master[row, col]
-            if method == TRUE_OVERWRITE or (new != UNKNOWN and gives_way(old, new, method)):
-                master[row, col] = new
+        combine_row(master[row, col0:col1], layer[row, col0:col1], method)
 
 
 @kernel
-def gives_way(old, new, method):
-    """Whether a known cost ``new`` replaces ``old``."""
-    if old == UNKNOWN:
-        return method != MAX_WITHOUT_UNKNOWN_OVERWRITE
-    return method == OVERWRITE or old < new
+def combine_row(master, layer, method):
+    """Write ``layer`` ``(cols,)`` into ``master``; a function of rows without branches, for then it is vectorised."""
+    always, overwrites = method == TRUE_OVERWRITE, method == OVERWRITE
+    over_unknown = method != MAX_WITHOUT_UNKNOWN_OVERWRITE
+    for i in range(len(layer)):
+        new, old = layer[i], master[i]
+        gives_way = (overwrites | (old < new)) if old != UNKNOWN else over_unknown
+        master[i] = new if always | ((new != UNKNOWN) & gives_way) else old
 
 
 @kernel
@@ -90,10 +90,17 @@ def shifted(grid, d_row, d_col, default):
     rows, cols = grid.shape
     moved = np.full_like(grid, default)
     first, last = max(0, -d_col), min(cols, cols - d_col)
-    for row in range(max(0, -d_row), min(rows, rows - d_row)):
-        for col in range(first, last):
-            moved[row, col] = grid[row + d_row, col + d_col]
+    if first < last:
+        for row in range(max(0, -d_row), min(rows, rows - d_row)):
+            copy_row(grid[row + d_row, first + d_col : last + d_col], moved[row, first:last])
     return moved
+
+
+@kernel
+def copy_row(values, copy):
+    """Copy ``values`` ``(n,)``; a function of rows, for then it is vectorised."""
+    for i in range(len(values)):
+        copy[i] = values[i]
 
 
 @kernel

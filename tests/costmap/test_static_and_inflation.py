@@ -23,7 +23,7 @@ from gym_mapbench.costmap import (
 from gym_mapbench.costmap.inflation_layer import Inflation
 from gym_mapbench.costmap.layer import LayerContext, Window
 from gym_mapbench.errors import ConfigError
-from gym_mapbench.kernels.inflation import OUT_OF_REACH, brushfire
+from gym_mapbench.kernels.inflation import brushfire
 from gym_mapbench.world.footprint import Footprint
 from gym_mapbench.world.gridmap import GridMap
 from gym_mapbench.world.robot import make_robot
@@ -36,16 +36,17 @@ def plain_brushfire(sources, reach):
     """Nav2's lists, one after the other, with every offer kept."""
     lists = {q: [] for q in range(reach * reach + 1)}
     lists[0] = [(cell, cell) for cell in zip(*np.nonzero(sources), strict=True)]
-    squared = np.full(sources.shape, OUT_OF_REACH)
+    beyond = reach * reach + 1
+    squared = np.full(sources.shape, beyond)
     for q, waiting in lists.items():
         for (row, col), (from_row, from_col) in waiting:
-            if squared[row, col] != OUT_OF_REACH:
+            if squared[row, col] != beyond:
                 continue
             squared[row, col] = (row - from_row) ** 2 + (col - from_col) ** 2
             for near in ((row, col - 1), (row - 1, col), (row, col + 1), (row + 1, col)):
                 d = (near[0] - from_row) ** 2 + (near[1] - from_col) ** 2
                 inside = 0 <= near[0] < sources.shape[0] and 0 <= near[1] < sources.shape[1]
-                if inside and q <= d <= reach * reach and squared[near] == OUT_OF_REACH:
+                if inside and q <= d <= reach * reach and squared[near] == beyond:
                     lists[d].append((near, (from_row, from_col)))
     return squared
 
