@@ -169,7 +169,7 @@ def configurations_document(scenarios: Sequence[Scenario], configurations: Seque
 
 
 def check_configurations(configurations: Sequence[Configuration]) -> None:
-    """Refuse labels that occur twice, and configurations without a controller in common.
+    """Refuse labels or sides of one name, and configurations without a controller in common.
 
     Raises:
         ConfigError: Naming what is wrong.
@@ -178,6 +178,11 @@ def check_configurations(configurations: Sequence[Configuration]) -> None:
     twice = sorted({label for label in labels if labels.count(label) > 1})
     if twice:
         raise ConfigError(f"--params: two files have the label {twice[0]!r}; write LABEL=FILE")
+    several = {f"{one.label}.{name}" for one in configurations if len(one.plan.names) > 1 for name in one.plan.names}
+    for label in labels:
+        if label in several:
+            got = f"{label!r}, a controller of another file; write LABEL=FILE"
+            raise ConfigError(f"--params: expected another label than {got}")
     for a, b in combinations(configurations, 2):
         if max(len(a.plan.names), len(b.plan.names)) > 1 and not {*a.plan.names} & {*b.plan.names}:
             got = f"{a.label} has {', '.join(a.plan.names)}, {b.label} has {', '.join(b.plan.names)}"

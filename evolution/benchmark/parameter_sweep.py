@@ -63,15 +63,41 @@ def sweep(plan: JobPlan, swept: Sequence[SweptParameter], samples: int | None = 
             whole grid if None.
 
     Raises:
-        ConfigError: If a parameter or a value is refused, a range is empty, or there are too many points.
+        ConfigError: If a parameter or a value is refused, a parameter is given twice, controllers share parameters, a
+            range is empty, or there are too many points.
     """
+    _check_twice(swept)
     own = {one.name: _own_value(plan, one.name) for one in swept}
+    _check_shared(plan, swept)
     points = _grid(swept) if samples is None else _sobol(swept, samples, plan.root_seed, own)
     if len(points) > MOST_CONFIGURATIONS:
         raise ConfigError(f"--sweep: expected at most {MOST_CONFIGURATIONS} points, got {len(points)}; --sweep-samples")
     others = [point for point in dict.fromkeys(points) if dict(zip(own, point, strict=True)) != own]
     names = list(own)
     return [Configuration(OWN, plan, own), *(_configuration(plan, names, point) for point in others)]
+
+
+def _check_twice(swept: Sequence[SweptParameter]) -> None:
+    """Refuse a parameter that is swept twice."""
+    names = [one.name for one in swept]
+    twice = next((name for name in names if names.count(name) > 1), None)
+    if twice is not None:
+        raise ConfigError(f"--sweep: expected all values of {twice} in one option, {twice}=A,B,.., got two")
+
+
+def _check_shared(plan: JobPlan, swept: Sequence[SweptParameter]) -> None:
+    """Refuse to sweep a controller whose parameters another one has, too, as the sweep would change both."""
+    sections = {one.name: _section(plan, one.registered_name) for one in plan.controllers}
+    for name in swept_controllers(swept):
+        same = [other for other, section in sections.items() if section == sections[name]]
+        if len(same) > 1:
+            raise ConfigError(f"--sweep: expected one controller with the parameters of {name}, got {', '.join(same)}")
+
+
+def _section(plan: JobPlan, name: str) -> str:
+    """Return the name of the parameters that a controller, given by its name or kind, drives with."""
+    plugins = plan.settings.navigation.controllers
+    return name if name in plugins else next((key for key, one in plugins.items() if one.kind == name), name)
 
 
 def _grid(swept: Sequence[SweptParameter]) -> list[tuple[float, ...]]:
@@ -128,5 +154,11 @@ def _configuration(plan: JobPlan, names: Sequence[str], point: Sequence[float]) 
         whole = isinstance(_own_value(plan, name), int) and value.is_integer()
         navigation = with_values(navigation, controller, {key: int(value) if whole else value})
     values = dict(zip(names, point, strict=True))
-    label = ",".join(f"{name.rpartition('.')[2]}={value:g}" for name, value in values.items())
+    label = ",".join(f"{name.rpartition('.')[2]}={_text(value)}" for name, value in values.items())
     return Configuration(label, replace(plan, settings=plan.settings.replace(navigation=navigation)), values)
+
+
+def _text(value: float) -> str:
+    """Write a value with six digits, or with all if these are not the value."""
+    short = f"{value:g}"
+    return short if float(short) == value else repr(value)

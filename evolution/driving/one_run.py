@@ -15,6 +15,7 @@ from controllers.navigator.navigator import Navigator
 from gym_mapbench.env.config import EnvConfig
 from gym_mapbench.env.groups import RewardSettings
 from gym_mapbench.env.single import MapBenchEnv
+from gym_mapbench.env.task import TOUCHED
 from gym_mapbench.errors import ConfigError, NoPathError
 from gym_mapbench.metrics.episode import Episode, Event, Outcome
 from gym_mapbench.world.scenario import Scenario
@@ -196,7 +197,7 @@ class _Log:
         self.velocities: list[Floats] = [info["velocity"]]
         self.commands: list[Floats] = []
         self.contacts: list[tuple[float, str]] = []
-        self.touching = False
+        self.touched = 0
         self.controller_seconds = 0.0
 
     @property
@@ -211,9 +212,10 @@ class _Log:
         self.commands.append(command)
         self.poses.append(info["pose"])
         self.velocities.append(info["velocity"])
-        if info["contact"] and not self.touching:
-            self.contacts.append((float(info["time"]), info["touched"]))
-        self.touching = bool(info["contact"])
+        touched = TOUCHED.index(info["touched"])
+        if began := touched & ~self.touched:  # a body may come while the robot slides along a wall
+            self.contacts.append((float(info["time"]), TOUCHED[began]))
+        self.touched = touched
 
 
 def _rows(recorded: list[Floats], width: int) -> Floats:

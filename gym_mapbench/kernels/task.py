@@ -66,7 +66,8 @@ def judge(tasks, i, rules, x, y, yaw, touched, grounds, field):
     distance = 0.0
     if rule.progress != 0.0:
         distance = distance_at(field, ground.resolution, ground.origin_x, ground.origin_y, x, y)
-    reward(task, rule, task.distance - distance, contact and task.touched == 0, at_goal and not task.arrived)
+    began = (touched & ~task.touched) != 0  # a body may come while the robot slides along a wall
+    reward(task, rule, task.distance - distance, began, at_goal and not task.arrived)
     task.distance, task.touched, task.arrived = distance, touched, at_goal or task.arrived
 
 

@@ -14,6 +14,7 @@ from gym_mapbench.kernels.task import decide_outcome
 from gym_mapbench.world.gridmap import GridMap
 from gym_mapbench.world.robot import RobotSpec
 from gym_mapbench.world.scenario import Pose, Scenario
+from gym_mapbench.world.world import BODY, WALL
 from tests.worlds import ROOM, ROOM_GOAL, ROOM_START
 
 SMALL = RobotSpec(radius=0.05)
@@ -139,6 +140,12 @@ def test_progress_adds_up_to_the_distance():
     points = np.linspace(SCENARIO.start[:2], SCENARIO.goal[:2], 50)[1:]
     total = sum(judged(task, Pose(x, y, 0.0))["progress"] for x, y in points)
     assert total == pytest.approx(1.4 * math.sqrt(2), abs=1e-6)
+
+
+def test_a_contact_with_a_body_begins_beside_one_with_a_wall():
+    task = Task(EnvConfig(collision_ends_episode=False), SCENARIO, SCENARIO.start)
+    touched = [WALL, WALL | BODY, BODY, WALL, 0, WALL | BODY, WALL | BODY]
+    assert [judged(task, SCENARIO.start, one)["collision"] for one in touched] == [-10, -10, 0, -10, 0, -10, 0]
 
 
 def test_every_contact_and_the_goal_count_once():

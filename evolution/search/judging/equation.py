@@ -14,16 +14,15 @@ from __future__ import annotations
 from evolution.search.judging.settings import JudgingSettings
 
 
-def penalty(weights: JudgingSettings, success_rate: float, timeouts: float, maps: int = 1) -> float:
+def penalty(weights: JudgingSettings, success_rate: float, timeouts: float) -> float:
     """Return ``C_b (1 - s) + C_t t``.
 
     Args:
         weights: C_b and C_t.
-        success_rate: s, of a set; or of one of its maps.
-        timeouts: t, of the same.
-        maps: 1 for a whole set; for one of its maps, the number of maps in the set.
+        success_rate: s.
+        timeouts: t.
     """
-    return weights.base_cost * (1.0 - success_rate) / maps + weights.timeout_cost * timeouts
+    return weights.base_cost * (1.0 - success_rate) + weights.timeout_cost * timeouts
 
 
 def gain(weights: JudgingSettings, pattern: float, success_rate: float = 1.0) -> float:

@@ -1,7 +1,7 @@
 """The exact best set of all maps that a search evaluated: a baseline that every search must beat.
 
 The fitness of a set depends on its maps' results alone, so no new run is needed. Maps fall into few *pools* of equal
-successes and timeouts, within which only the scores count. For every choice of pools the penalty of Eq. 4.5 is
+runs, successes and timeouts, within which only the scores count. For every choice of pools the penalty of Eq. 4.5 is
 constant, and the pattern finds the best scores directly (:meth:`~evolution.search.judging.patterns.Pattern.best_of`).
 Choices whose bound is not better than the best set so far are skipped.
 """
@@ -57,7 +57,7 @@ def best_of_judged(maps: Mapping[str, JudgedMap], fitness: Fitness, size: int) -
         raise ConfigError(f"best set: expected at least {counted(size, 'map')}, got {len(maps)}")
     if not fitness.exact:
         raise ConfigError(f"fitness {fitness.settings.fitness!r}: how to find its exact best set is not known")
-    pools = pools_of(maps, fitness, size)
+    pools = pools_of(maps)
     scores = [pool.scores for pool in pools if pool.scores is not None]
     widest = max(map(np.max, scores)) - min(map(np.min, scores)) if scores else 0.0
     most = fitness.kind.bound(float(widest))
@@ -72,13 +72,27 @@ def best_of_judged(maps: Mapping[str, JudgedMap], fitness: Fitness, size: int) -
     return best
 
 
-def pools_of(maps: Mapping[str, JudgedMap], fitness: Fitness, size: int) -> list[Pool]:
-    """Sort maps into pools, as seen by a set of ``size`` maps."""
-    members: dict[tuple[float, float, bool], list[_Member]] = {}
+def pools_of(maps: Mapping[str, JudgedMap]) -> list[Pool]:
+    """Sort maps into pools.
+
+    The number of runs of a map is its weight in the success rate of a set. It does not count where all rates are equal.
+    """
+    alike = len({one.success_rate for one in maps.values()}) == 1
+    members: dict[_Key, list[_Member]] = {}
     for name, one in maps.items():
-        key = one.success_rate, one.timeouts, one.score is None
+        counts = (one.success_rate, 1.0) if alike else (one.successes, float(one.runs))
+        key = _Key(*counts, one.timeouts, one.score is None)
         members.setdefault(key, []).append(_Member(one.score or 0.0, name, one.values or (), one.spread))
-    return [_pool(sorted(some), key, fitness, size) for key, some in members.items()]
+    return [_pool(sorted(some), key) for key, some in members.items()]
+
+
+class _Key(NamedTuple):
+    """What the maps of a pool have in common."""
+
+    successes: float
+    runs: float
+    timeouts: float
+    without_score: bool
 
 
 class _Member(NamedTuple):
@@ -90,16 +104,16 @@ class _Member(NamedTuple):
     spread: float
 
 
-def _pool(some: Sequence[_Member], key: tuple[float, float, bool], fitness: Fitness, size: int) -> Pool:
-    """Make the pool of some maps in their order; ``key`` is what they have in common."""
-    success_rate, timeouts, without_score = key
+def _pool(some: Sequence[_Member], key: _Key) -> Pool:
+    """Make the pool of some maps in their order."""
     return Pool(
         maps=tuple(one.name for one in some),
-        scores=None if without_score else np.array([one.score for one in some]),
+        scores=None if key.without_score else np.array([one.score for one in some]),
         spreads=np.array([one.spread for one in some]),
-        times=() if without_score else tuple(one.values for one in some),
-        penalty=penalty(fitness.settings, success_rate, timeouts, size),
-        share=success_rate / size,
+        times=() if key.without_score else tuple(one.values for one in some),
+        successes=key.successes,
+        runs=key.runs,
+        timeouts=key.timeouts,
     )
 
 
@@ -112,8 +126,9 @@ def _choices(pools: Sequence[Pool], size: int) -> Iterator[tuple[Pool, ...]]:
 
 def _total(chosen: Sequence[Pool], pattern: float, fitness: Fitness) -> float:
     """Return the fitness (Eq. 4.5) of a set from these pools with this pattern value."""
-    share = sum(pool.share for pool in chosen)
-    return sum(pool.penalty for pool in chosen) - gain(fitness.settings, pattern, share)
+    success_rate = sum(pool.successes for pool in chosen) / sum(pool.runs for pool in chosen)
+    timeouts = sum(pool.timeouts for pool in chosen)
+    return penalty(fitness.settings, success_rate, timeouts) - gain(fitness.settings, pattern, success_rate)
 
 
 def _best_of(chosen: tuple[Pool, ...], fitness: Fitness) -> tuple[Names, float]:

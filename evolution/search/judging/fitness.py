@@ -109,9 +109,9 @@ class Fitness:
         """Judge one map set.
 
         Args:
-            results: ``results[map][controller][repeat]``. Maps may have different numbers of repeats, and controllers
-                different numbers of runs on a map; they count alike. A controller without a run on a map has failed
-                there.
+            results: ``results[map][controller][repeat]``. Maps may have different numbers of repeats, by which they
+                count in the success rate. Controllers may have different numbers of runs on a map; they count alike. A
+                controller without a run on a map has failed there.
 
         Raises:
             ConfigError: If the scale is not known yet.

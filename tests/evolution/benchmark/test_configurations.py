@@ -208,6 +208,28 @@ def test_bad_sweeps(text, samples, message):
         sweep(plan, [read_sweep(text)], samples)
 
 
+def test_a_label_is_no_controller_of_another_label():
+    two = [configuration_of("robot", "thesis", ["dwb", "rpp"]), configuration_of("robot.rpp", "fair", ["rpp"])]
+    with pytest.raises(ConfigError, match=r"'robot\.rpp', a controller of another file"):
+        compare(HALL, two, workers=1)
+
+
+def test_a_sweep_changes_one_controller_and_each_parameter_once():
+    plan = configuration_of("own", "thesis", ["a=rpp", "b=rpp", "mppi"]).plan
+    for texts, message in (
+        (["mppi.temperature=0.1", "mppi.temperature=0.2"], "all values of mppi.temperature in one option"),
+        (["a.lookahead_dist=0.3", "b.lookahead_dist=0.9"], "one controller with the parameters of a, got a, b"),
+    ):
+        with pytest.raises(ConfigError, match=message):
+            sweep(plan, list(map(read_sweep, texts)))
+
+
+def test_close_values_of_a_sweep_have_labels_of_their_own():
+    plan = configuration_of("own", "thesis", ["rpp"]).plan
+    labels = [one.label for one in sweep(plan, [read_sweep("rpp.lookahead_dist=0.30,0.3000001")])]
+    assert labels == ["own", "lookahead_dist=0.3", "lookahead_dist=0.3000001"]
+
+
 @pytest.fixture
 def no_robot(monkeypatch):
     monkeypatch.setattr("evolution.api.evaluators.run_job", fake_runs.drive)

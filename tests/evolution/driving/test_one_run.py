@@ -18,7 +18,7 @@ from gym_mapbench.world.bodies import Body
 from gym_mapbench.world.gridmap import GridMap
 from gym_mapbench.world.motions import MOTIONS
 from gym_mapbench.world.scenario import Pose, Scenario
-from tests.worlds import ROOM
+from tests.worlds import ROOM, among, line
 
 SCENARIO = Scenario(GridMap.from_rows(ROOM, 0.1), Pose(0.8, 0.8), Pose(2.2, 2.2), "room")
 
@@ -40,6 +40,17 @@ def watch(**options):
     bystander = Bystander()
     env = environment_for(EnvConfig(time_limit=0.5, **options), bystander)
     return bystander, run_episode(env, bystander, SCENARIO, name="bystander", seed=3, noise_seed=5)
+
+
+def test_a_body_that_comes_while_the_robot_touches_a_wall_is_a_contact():
+    scenario = among(line((2.6, 2.5), (2.6, 1.0), 0.3), start=(2.4, 0.8, 0.0))
+    pushing = Bystander()
+    pushing.act = lambda observation: (0.3, 0.0)
+    env = environment_for(EnvConfig(time_limit=6.0, collision_ends_episode=False), pushing)
+    episode = run_episode(env, pushing, scenario, name="pushing", seed=3)
+    assert [(event.kind, event.detail) for event in episode.events] == [("contact", ""), ("contact", "body")]
+    found = measure(episode)
+    assert [found[name] for name in ("n_contacts", "n_contacts_by_people", "n_collisions_with_walls")] == [2, 1, 1]
 
 
 def test_controllers_are_told_where_the_scanner_sits():

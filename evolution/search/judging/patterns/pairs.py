@@ -62,7 +62,7 @@ class Pairs(Pattern):
         This is exact: a map that is surpassed can be replaced by the one that surpasses it; if that one is in the set
         already, any map is as good.
         """
-        if len(pools) < 2:
+        if not pools:
             return None
         scores = [np.array([pair_scores(times) for times in pool.times]) for pool in pools]
         *others, last = [_candidates(of_pool, len(pools)) for of_pool in scores]
@@ -71,7 +71,8 @@ class Pairs(Pattern):
             found = list(zip(pools[:-1], places, strict=True))
             if len(set(found)) < len(found):
                 continue
-            decided = np.max([of_pool[place] for of_pool, place in zip(scores[:-1], places, strict=True)], axis=0)
+            chosen = [of_pool[place] for of_pool, place in zip(scores[:-1], places, strict=True)]
+            decided = np.max([np.zeros(scores[-1].shape[1]), *chosen], axis=0)
             patterns = np.maximum(scores[-1][last], decided).mean(axis=1)
             patterns[[(pools[-1], place) in found for place in last]] = -np.inf
             most = int(np.argmax(patterns))

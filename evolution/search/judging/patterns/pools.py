@@ -21,16 +21,18 @@ class Pool:
         scores: ``(n,)`` scores, ascending; None where a failure left the maps without one.
         spreads: ``(n,)`` by how much each score counts as less extreme where it is the smallest or largest of a set.
         times: For each map the values of the controllers; empty where there are no scores.
-        penalty: What one such map adds to the penalty of a set.
-        share: What one such map adds to the success rate of a set.
+        successes: Successful runs of one such map.
+        runs: All runs of one such map.
+        timeouts: Its timed-out runs per repeat.
     """
 
     maps: tuple[str, ...]
     scores: Scores | None
     spreads: Scores
     times: tuple[tuple[float, ...], ...]
-    penalty: float
-    share: float
+    successes: float
+    runs: float
+    timeouts: float
 
 
 Found = tuple[float, list[tuple[Pool, int]]] | None

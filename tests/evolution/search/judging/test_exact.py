@@ -21,16 +21,15 @@ RUN = st.builds(
     time_s=st.sampled_from([4.0, 5.0, 6.5, 8.0, 9.0, 13.0, 20.0, 31.0]),
     path_length_m=st.just(1.0),
 )
-MAPS = st.integers(1, 2).flatmap(
-    lambda repeats: st.lists(
-        st.tuples(*[st.tuples(*[RUN] * repeats)] * 3),
-        min_size=3,
-        max_size=9,
-    )
+MAPS = st.lists(
+    st.sampled_from([1, 1, 2, 4]).flatmap(lambda repeats: st.tuples(*[st.tuples(*[RUN] * repeats)] * 3)),
+    min_size=3,
+    max_size=9,
 )
+"""Maps with different numbers of repeats, as an elite has more of them."""
 OPTIONS = st.fixed_dictionaries(
     {
-        "fitness": st.sampled_from(["gini", "cluster"]),
+        "fitness": st.sampled_from(["gini", "cluster", "pairs"]),
         "failures": st.sampled_from(["exclude", "censor", "par2"]),
         "unevenness_weight": st.sampled_from([0.0, 1.0, 3.0]),
         "epsilon": st.sampled_from([0.0, 1e-8, 0.05]),
@@ -77,6 +76,20 @@ def test_by_hand():
     maps = {"equal": runs(5.0, 5.0, 5.0), "even": runs(1.0, 1.0, 4.0), "one": runs(0.0, 0.0, 9.0), "x": runs(4, 5, 6)}
     assert set(best_set(maps, fitness_of(fitness="gini"), 3)) == {"equal", "even", "one"}
     assert fitness_of()(tuple(maps[name] for name in ("equal", "even", "one"))).fitness == pytest.approx(-20 * 2 / 3)
+
+
+def test_one_solved_map_shows_pairs():
+    def runs(outcome, *times):
+        return tuple((RunResult(outcome, time, 1.0),) for time in times)
+
+    maps = {
+        "alike": runs("goal", 5.0, 5.5),
+        "apart": runs("goal", 5.0, 9.0),
+        **{f"failed {number}": runs("collision", 5.0, 9.0) for number in range(2)},
+    }
+    few = {name: maps[name] for name in ("alike", "failed 0", "failed 1")}
+    assert best_set(maps, fitness_of(fitness="pairs"), 1) == ("apart",)
+    assert "alike" in best_set(few, fitness_of(fitness="pairs"), 2)
 
 
 def test_what_cannot_be_answered_is_said():
