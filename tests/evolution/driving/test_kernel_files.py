@@ -14,6 +14,7 @@ import pytest
 from evolution.cli import main
 from evolution.commands import kernels as command
 from evolution.driving import kernel_files
+from evolution.files.plain import WriteError
 from gym_mapbench.errors import ConfigError, RunError
 from gym_mapbench.kernels.jit import kernel
 
@@ -92,6 +93,26 @@ def test_shipped_kernels_are_taken_if_they_are_this_machines(archive, tmp_path, 
     archive([(name, b"index")]).rename(shipped / "b.tar.xz")
     assert kernel_files.import_shipped_kernels()
     assert (tmp_path / "cache/geometry.wrap-1.py311.nbi").read_bytes() == b"index"
+
+
+def test_an_import_that_is_interrupted_leaves_no_index_of_other_machine_code(archive, tmp_path, monkeypatch):
+    """Numba would run the new machine code with the types of arguments that the old index states."""
+    names = [f"gym_mapbench.kernels.geometry/geometry.wrap-1.py311.{kind}" for kind in ("1.nbc", "2.nbc", "nbi")]
+    path = archive([(name, b"new") for name in names])
+    kernel_files.import_kernels(path)
+    folder = tmp_path / "cache"
+    assert {file.read_bytes() for file in folder.iterdir()} == {b"new"}
+    assert len(list(folder.iterdir())) == 3
+
+    def full(file, content):
+        if file.name.endswith("2.nbc"):
+            raise WriteError(f"{file}: cannot be written (No space left on device)")
+        file.write_bytes(content)
+
+    monkeypatch.setattr(kernel_files, "write_bytes", full)
+    with pytest.raises(WriteError, match="No space left"):
+        kernel_files.import_kernels(path)
+    assert not list(folder.glob("*.nbi"))
 
 
 @pytest.mark.parametrize("changed", ["numba", "python", "processor", "features", "sources", "format"])
