@@ -27,6 +27,8 @@ USAGE_ERROR = 2
 INTERRUPTED = 130
 PIPE_CLOSED = 141
 """128 plus the number of SIGPIPE, as shells report it of other programs."""
+STANDARD_ERROR = 2
+"""Number of the last file that is open when a process starts."""
 NEGATIVE = re.compile(r"-(\.?\d|inf|nan)")
 """Start of a value such as ``-2,-1,0``, which argparse would otherwise take for an option."""
 
@@ -102,7 +104,8 @@ def start() -> int:
     _prepare_output()
     gc.disable()
     try:
-        _import(sys.argv[1:])
+        with contextlib.suppress(OSError):  # :func:`main` imports the same, and says what is wrong
+            _import(sys.argv[1:])
     except KeyboardInterrupt:
         print("mapbench: interrupted", file=sys.stderr)
         return INTERRUPTED
@@ -113,7 +116,13 @@ def start() -> int:
 
 
 def _prepare_output() -> None:
-    """Accept closed output, and show letters that it cannot encode as escape sequences."""
+    """Accept closed input and output, and show letters that output cannot encode as escape sequences.
+
+    The files 0, 1 and 2 are opened, or else the next files would get these numbers, and what workers print.
+    """
+    while (opened := os.open(os.devnull, os.O_RDWR)) <= STANDARD_ERROR:
+        os.set_inheritable(opened, True)
+    os.close(opened)
     for name in ("stdout", "stderr"):
         stream = getattr(sys, name) or open(os.devnull, "w", encoding="utf-8")  # noqa: SIM115 - until the process ends
         stream.reconfigure(errors="backslashreplace")
@@ -141,6 +150,9 @@ def main(argv: Sequence[str] | None = None) -> int:
         # The reader of our output has gone (for example `| head`), so nothing more can be said.
         sys.stderr.close()
         return PIPE_CLOSED
+    except OSError as error:
+        print(f"mapbench: {error}", file=sys.stderr)
+        return USAGE_ERROR
 
 
 def _run(given: Sequence[str]) -> int:

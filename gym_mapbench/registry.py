@@ -21,7 +21,7 @@ import sysconfig
 import traceback
 from collections.abc import Callable, Iterable, Iterator, Mapping
 from contextlib import AbstractContextManager, chdir, contextmanager, nullcontext
-from importlib.metadata import EntryPoint, entry_points
+from importlib.metadata import entry_points
 from pathlib import Path
 from typing import Any, Generic, TypeVar
 
@@ -150,7 +150,8 @@ class Registry(Generic[T]):
             others: Names that would have been accepted besides; they stand in the error message.
 
         Raises:
-            ConfigError: If there is none, with the nearest valid name, or it cannot be loaded.
+            ConfigError: If there is none, with the nearest valid name, or several packages have it, or it cannot be
+                loaded.
         """
         if name in self._entries:
             return self._entries[name]
@@ -158,7 +159,7 @@ class Registry(Generic[T]):
             return self._checked(name, self._load(name, name))
         points = self._points()
         if name in points:
-            return self._checked(name, self._load(name, points[name].value))
+            return self._checked(name, self._load(name, self._only(name, points[name])))
         raise unknown_name(self.what, name, {*self._entries, *points, *others})
 
     def __getitem__(self, name: str) -> T:
@@ -183,8 +184,22 @@ class Registry(Generic[T]):
         except (Exception, SystemExit) as error:
             raise PluginError(f"{self.what} {name!r}: {describe(error)}") from error
 
-    def _points(self) -> dict[str, EntryPoint]:
-        return {point.name: point for point in entry_points(group=self.group)}
+    def _points(self) -> dict[str, list[str]]:
+        """Return ``module:attribute`` of all entry points by name; packages may have given one name to several."""
+        points: dict[str, list[str]] = {}
+        for point in entry_points(group=self.group):
+            points.setdefault(point.name, []).append(point.value)
+        return points
+
+    def _only(self, name: str, values: list[str]) -> str:
+        """Return the only one of some entry points; which one was meant by the name of several is not known."""
+        different = sorted(set(values))
+        if len(different) > 1:
+            got = " and ".join(different)
+            raise ConfigError(
+                f"{self.what} {name!r}: expected one installed package with this name, got {got}; use these"
+            )
+        return different[0]
 
     def _load(self, name: str, value: str) -> Any:
         """Import what ``module:attribute`` stands for."""

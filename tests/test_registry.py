@@ -39,6 +39,19 @@ def test_every_kind_of_name(numbers):
     assert "four" not in numbers
 
 
+def test_a_name_of_two_packages_is_refused(monkeypatch):
+    """Which of them is meant depends on the order in which Python finds the packages."""
+    values = {"own": ["a:x", "b:y"], "twice": [f"{HERE}:Box.inside"] * 2}
+    points = [EntryPoint(name, value, "") for name, some in values.items() for value in some]
+    monkeypatch.setattr(registry, "entry_points", lambda group: points)
+    numbers = Registry("number", "numbers", {"one": 1})
+    assert numbers["twice"] == 7
+    with pytest.raises(
+        ConfigError, match="number 'own': expected one installed package with this name, got a:x and b:y"
+    ):
+        numbers.get("own")
+
+
 def test_decorator_gives_back_what_it_registers():
     functions = Registry("function", "functions", {}, check=must_be_callable)
 

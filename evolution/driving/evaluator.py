@@ -180,7 +180,7 @@ class Evaluator:
         job_of: dict[Future[RunResult], Job] = {}
         for job in jobs:
             try:
-                scheduled = executor.submit(attempt, self.run_job, job)
+                scheduled = self._scheduled(executor, job)
             except RuntimeError:  # the executor broke meanwhile
                 break
             job_of[scheduled] = job
@@ -192,11 +192,28 @@ class Evaluator:
         if answered < len(jobs):
             self.close()
 
+    def _scheduled(self, executor: Executor, job: Job) -> Future[RunResult]:
+        """Submit a job; raises ``PluginError`` if a third-party executor fails, or ``RuntimeError`` if it is broken."""
+        broken = None
+        with EXECUTORS.blamed(self.executor):
+            try:
+                scheduled: object = executor.submit(attempt, self.run_job, job)
+            except RuntimeError as error:
+                broken = error
+        if broken is not None:
+            raise broken
+        if not isinstance(scheduled, Future):
+            raise PluginError(f"executor {self.executor!r}: expected a Future of a job, got {scheduled!r:.80}")
+        return scheduled
+
     def _result_of(self, future: Future[RunResult]) -> RunResult:
         """Return the result; anything a worker raised becomes an ``error`` result of that run."""
         error = future.exception()
         if error is None:
-            return future.result()
+            result: object = future.result()
+            if not isinstance(result, RunResult):
+                raise PluginError(f"executor {self.executor!r}: expected the result of a run, got {result!r:.80}")
+            return result
         if isinstance(error, NotStartedError):
             raise RunError(f"workers cannot start: {error}") from None
         if isinstance(error, TimeoutError):
@@ -230,6 +247,6 @@ def _as_they_end(finished: queue.SimpleQueue[Future[RunResult]], count: int) -> 
         while future is None:
             with suppress(queue.Empty):
                 future = finished.get(timeout=CTRL_C_SECONDS)
-        if isinstance(future.exception(), BrokenExecutor):
+        if future.cancelled() or isinstance(future.exception(), BrokenExecutor):
             return
         yield future

@@ -39,6 +39,8 @@ COMPILED = ("*.nbi", "*.nbc")
 """Files of a compiled kernel: its index, and its machine code for some types of arguments."""
 KERNEL_FILE = re.compile(r"[\w.]+/[\w.<>-]+\.nb[ic]")
 """A file of an archive: a module's name and the name that numba gives to an index (``.nbi``) or machine code."""
+MACHINE_CODE = re.compile(r"\.\d+\.nbc$")
+"""Ending of a file of machine code; that of the kernel's index is in its place ``.nbi``."""
 MAX_BYTES = 500_000_000
 """Largest size of all unpacked files of an archive; that of one machine has 21 MB."""
 MARK = b"@kernel\n"
@@ -141,7 +143,8 @@ def clear_kernels() -> str:
 def import_kernels(path: Path) -> str:
     """Take the compiled kernels of an archive, and return what was taken in words.
 
-    Machine code is a program: take archives only from people whom you trust.
+    Machine code is a program: take archives only from people whom you trust. The index of a kernel is deleted before
+    its machine code is replaced, and comes last: an index of other machine code would call it with wrong types.
 
     Raises:
         ConfigError: If the file is no archive of kernels, or its kernels are of another processor, version or source.
@@ -153,6 +156,7 @@ def import_kernels(path: Path) -> str:
         module, _, file = name.partition("/")
         if module not in folders:
             raise ConfigError(f"{path}: expected kernels of this version, got a kernel of the module {module}")
+        (folders[module] / MACHINE_CODE.sub(".nbi", file)).unlink(missing_ok=True)
         write_bytes(folders[module] / file, content)
         taken += 1
     return f"took {counted(taken, 'file')} of compiled kernels from {path}"

@@ -11,10 +11,12 @@ from pathlib import Path
 
 from starlette.applications import Starlette
 from starlette.middleware import Middleware
+from starlette.requests import ClientDisconnect
 from starlette.requests import Request as HttpRequest
 from starlette.responses import FileResponse, JSONResponse, PlainTextResponse, Response
 from starlette.routing import Mount, Route, WebSocketRoute
 from starlette.staticfiles import StaticFiles
+from starlette.types import Message
 from starlette.websockets import WebSocket, WebSocketDisconnect
 
 from evolution.files import zip_of
@@ -110,13 +112,11 @@ class Application:
 
     async def _listen(self, socket: WebSocket, send: Callable[[Data], None]) -> None:
         """Submit every message; one that cannot be read is answered with one line."""
-        with contextlib.suppress(WebSocketDisconnect):
-            while True:
-                text = await socket.receive_text()
-                try:
-                    self._desk.submit(read_request(text), send)
-                except ConfigError as error:
-                    send(Error(id=None, message=str(error)))
+        while (message := await socket.receive())["type"] == "websocket.receive":
+            try:
+                self._desk.submit(read_request(_text_of(message)), send)
+            except ConfigError as error:
+                send(Error(id=None, message=str(error)))
 
     def _post(self, answer: Answer) -> Callable[[HttpRequest], Awaitable[Response]]:
         """Return an endpoint that reads a body and answers in a thread; an error is one line with status 400."""
@@ -127,6 +127,8 @@ class Application:
                     return await asyncio.to_thread(answer, await _body_of(request))
             except MapBenchError as error:
                 return PlainTextResponse(f"{error}\n", status_code=400)
+            except ClientDisconnect:
+                return Response(status_code=400)  # nobody gets it
 
         return endpoint
 
@@ -180,6 +182,14 @@ async def _body_of(request: HttpRequest) -> str:
         return body.decode()
     except UnicodeDecodeError:
         raise ConfigError("body: expected text, got other bytes") from None
+
+
+def _text_of(message: Message) -> str:
+    """Return the text of a message; raises ``ConfigError`` if a page sends bytes."""
+    text: str | None = message.get("text")
+    if text is None:
+        raise ConfigError("message: expected text, got bytes")
+    return text
 
 
 def _sender(waiting: asyncio.Queue[str | None]) -> Callable[[Data], None]:

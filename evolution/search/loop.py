@@ -20,7 +20,7 @@ from pymoo.core.individual import Individual
 
 from evolution.driving import Evaluator, OnRun, SetResults
 from evolution.files import Row
-from evolution.search.algorithms import Evaluation, MapSetProblem, ask, judge_again, make_algorithm
+from evolution.search.algorithms import Evaluation, MapSetProblem, ask, judge_again, make_algorithm, tell
 from evolution.search.archive import Archive
 from evolution.search.budget import Budget
 from evolution.search.elite import give_further_seeds, race
@@ -187,7 +187,7 @@ class _Search:
         """Run one generation; False if there is nothing left to do."""
         clock = _Clock(self.evaluator)
         most = self.budget.sets(self.algorithm.evaluator.n_eval, first=self.generation == 0)
-        if not self.algorithm.has_next() or (offspring := ask(self.algorithm, most)) is None:
+        if (offspring := ask(self.algorithm, self.settings.ga.algorithm, most)) is None:
             self._finish(clock)
             return False
         asked = time.perf_counter()
@@ -237,7 +237,7 @@ class _Search:
     def _evaluate(self, offspring: Any) -> None:
         """Evaluate the offspring, select the next population, and let the best set of the archive join it."""
         self.algorithm.evaluator.eval(self.problem, offspring)
-        self.algorithm.tell(infills=offspring)
+        tell(self.algorithm, self.settings.ga.algorithm, offspring)
         if self.settings.archive.elite:
             self.expectations.update()
         self.mutation.credit_trials(self._expected_gain if self._of_archive else self._gain_in_population())

@@ -9,6 +9,7 @@ takes nothing.
 from __future__ import annotations
 
 from collections.abc import Callable
+from contextlib import suppress
 from typing import Any, NoReturn, cast
 
 import numba
@@ -22,11 +23,30 @@ def kernel(function: Callable[..., Any]) -> Callable[..., Any]:
     """Compile ``function`` when it is first called, for the types of its arguments.
 
     With ``NUMBA_DISABLE_JIT`` the call raises ``OSError``: kernels read records in a way that only numba can.
+
+    Raises:
+        OSError: If numba finds no folder for compiled kernels.
     """
     if numba.config.DISABLE_JIT:  # type: ignore[attr-defined]
         return _refusing(function)
-    compiled = numba.njit(cache=True, **OPTIONS, **NOT_FROM_C)(function)
+    try:
+        compiled = numba.njit(cache=True, **OPTIONS, **NOT_FROM_C)(function)
+    except RuntimeError as error:
+        expected = "expected a folder for compiled kernels; set NUMBA_CACHE_DIR to a writable one"
+        raise OSError(f"{expected} ({error})") from None
+    _keep_if_possible(compiled._cache)
     return cast(Callable[..., Any], compiled)
+
+
+def _keep_if_possible(cache: Any) -> None:
+    """Let numba go on with a kernel that it cannot write to the disk, for example because the disk is full."""
+    write = cache.save_overload
+
+    def save_overload(*overload: Any) -> None:
+        with suppress(OSError):
+            write(*overload)
+
+    cache.save_overload = save_overload
 
 
 def _refusing(function: Callable[..., Any]) -> Callable[..., Any]:

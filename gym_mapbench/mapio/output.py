@@ -5,7 +5,8 @@ from __future__ import annotations
 import logging
 import os
 import re
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
+from contextlib import contextmanager, suppress
 from pathlib import Path
 
 from gym_mapbench.errors import ConfigError
@@ -62,10 +63,29 @@ def write_files(files: Mapping[str, str | bytes], folder: Path) -> list[Path]:
         if os.path.exists(path):
             raise ConfigError(f"{path}: expected no such file; nothing was written")
     try:
-        for path, content in zip(paths, files.values(), strict=True):
-            path.parent.mkdir(parents=True, exist_ok=True)
-            path.write_bytes(content if isinstance(content, bytes) else content.encode())
-            LOG.info("%s: written", path)
+        with _all_or_none(folder) as begun:
+            for path, content in zip(paths, files.values(), strict=True):
+                path.parent.mkdir(parents=True, exist_ok=True)
+                with open(path, "xb") as file:
+                    begun.append(path)
+                    file.write(content if isinstance(content, bytes) else content.encode())
     except OSError as error:
-        raise ConfigError(f"{folder}: cannot be written ({error.strerror})") from None
+        raise ConfigError(f"{folder}: cannot be written ({error.strerror}); nothing was written") from None
+    for path in paths:
+        LOG.info("%s: written", path)
     return paths
+
+
+@contextmanager
+def _all_or_none(folder: Path) -> Iterator[list[Path]]:
+    """Delete the files that a ``with`` block has begun, and their folders below ``folder``, if it ends in an error."""
+    begun: list[Path] = []
+    try:
+        yield begun
+    except BaseException:
+        for path in reversed(begun):
+            with suppress(OSError):
+                path.unlink()
+                for inner in path.relative_to(folder).parents[:-1]:
+                    (folder / inner).rmdir()
+        raise

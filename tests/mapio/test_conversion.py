@@ -9,6 +9,7 @@ from gym_mapbench.errors import ConfigError
 from gym_mapbench.mapio import TaskedMap, load_maps
 from gym_mapbench.mapio.conversion import write_map_file, write_maps
 from gym_mapbench.mapio.formats import WRITTEN
+from gym_mapbench.mapio.output import write_new_folder
 from gym_mapbench.mapio.tasked_map import group_scenarios, name_tasks
 from gym_mapbench.world.gridmap import GridMap
 from gym_mapbench.world.scenario import Pose, Scenario
@@ -106,3 +107,12 @@ def test_nothing_is_written_that_would_not_be_read(tmp_path, monkeypatch):
     with pytest.raises(ConfigError, match="expected fewer cells: the map-set file would have"):
         write_map_file([BARE, MAP], tmp_path / "m.json")
     assert not contents(tmp_path)
+
+
+def test_a_set_of_files_is_written_whole_or_not_at_all(tmp_path):
+    """A set without its last files would be read as a smaller one, with tasks at its corners."""
+    whole = {"a.pgm": b"cells", "inner/deep/b.yaml": "image: a.pgm"}
+    with pytest.raises(ConfigError, match=r"cannot be written \(File name too long\); nothing was written"):
+        write_new_folder({**whole, "n" * 300: ""}, tmp_path)
+    assert not list(tmp_path.iterdir())
+    assert len(write_new_folder(whole, tmp_path)) == 2

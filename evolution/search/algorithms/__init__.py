@@ -6,7 +6,7 @@ named by a function that makes it. Its objectives and constraints come from :mod
 
 from __future__ import annotations
 
-from evolution.search.algorithms.problem import Evaluation, MapSetProblem, ask, judge_again, make_algorithm
+from evolution.search.algorithms.problem import Evaluation, MapSetProblem, ask, judge_again, make_algorithm, tell
 from evolution.search.algorithms.registry import ALGORITHMS, Algorithm
 from evolution.search.algorithms.settings import GaSettings
 
@@ -19,4 +19,5 @@ __all__ = [
     "ask",
     "judge_again",
     "make_algorithm",
+    "tell",
 ]

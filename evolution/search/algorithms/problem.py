@@ -27,6 +27,7 @@ from evolution.search.operators import (
     MapSetDuplicates,
     as_column,
 )
+from gym_mapbench.errors import PluginError
 from gym_mapbench.world.scenario import MapSet
 
 EvaluateSets = Callable[[Sequence[MapSet]], list[SetResults]]
@@ -112,13 +113,41 @@ def make_algorithm(
         return algorithm.setup(problem, termination=("n_eval", evaluations), seed=rng)
 
 
-def ask(algorithm: GeneticAlgorithm, most: int) -> Population | None:
-    """Return the next individuals, no more than ``most``; None if there is nothing new."""
+def ask(algorithm: GeneticAlgorithm, name: str, most: int) -> Population | None:
+    """Return the next individuals, no more than ``most``; None if there is nothing new.
+
+    Args:
+        algorithm: What :func:`make_algorithm` returned.
+        name: Its name.
+        most: Map sets that may still be evaluated.
+
+    Raises:
+        PluginError: If a third-party algorithm fails, or returns anything but individuals that are map sets.
+    """
     if most < 1:
         return None
-    algorithm.n_offsprings = min(algorithm.pop_size, most)
-    asked = algorithm.ask()
-    return asked if asked is not None and len(asked) else None  # random search may sample nothing but duplicates
+    with ALGORITHMS.blamed(name):
+        algorithm.n_offsprings = min(algorithm.pop_size, most)
+        asked = algorithm.ask() if algorithm.has_next() else None
+    if asked is None or (isinstance(asked, Population) and not len(asked)):
+        return None  # random search may sample nothing but duplicates
+    if not isinstance(asked, Population) or not all(isinstance(one.X[0], MapSet) for one in asked):
+        raise PluginError(f"search algorithm {name!r}: expected a Population of map sets, got {asked!r:.80}")
+    return asked
+
+
+def tell(algorithm: GeneticAlgorithm, name: str, offspring: Population) -> None:
+    """Let an algorithm select its next population from the last one and its evaluated offspring.
+
+    Raises:
+        PluginError: If a third-party algorithm fails, or selects nothing or an individual without an evaluation.
+    """
+    with ALGORITHMS.blamed(name):
+        algorithm.tell(infills=offspring)
+        selected = [isinstance(one.get("evaluation"), Evaluation) for one in algorithm.pop]
+    if not selected or not all(selected):
+        got = f"{sum(selected)} of {len(selected)}"
+        raise PluginError(f"search algorithm {name!r}: expected a population of evaluated map sets, got {got}")
 
 
 def judge_again(algorithm: GeneticAlgorithm, joining: Sequence[MapSet] = ()) -> None:

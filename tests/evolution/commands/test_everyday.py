@@ -316,3 +316,19 @@ def test_code_that_exits_or_changes_the_directory_is_told(tmp_path, monkeypatch,
 def test_lists_have_no_markup(kind, capsys):
     assert main(["list", kind]) == 0
     assert "`" not in capsys.readouterr().out
+
+
+AFTER_PREPARING = """
+import os
+from evolution.cli import _prepare_output
+_prepare_output()
+os._exit(os.open(os.devnull, os.O_RDONLY))
+"""
+
+
+@pytest.mark.parametrize("closed", [(0, 1, 2), (0, 2), (1,)])
+def test_no_file_gets_the_number_of_a_closed_input_or_output(closed):
+    """Workers print to file 2, which else might be a table of results, or their own connection."""
+    command = [sys.executable, "-c", AFTER_PREPARING]
+    done = subprocess.run(command, check=False, preexec_fn=lambda: [os.close(number) for number in closed])
+    assert done.returncode > 2

@@ -2,6 +2,9 @@
 
 from __future__ import annotations
 
+import sys
+from concurrent.futures import Executor, Future
+
 import pytest
 
 from evolution.driving.evaluator import Evaluator
@@ -59,6 +62,55 @@ def test_an_executor_that_is_none(monkeypatch):
     with (
         Evaluator(fake_runs.drive, executor="forgotten") as evaluator,
         pytest.raises(PluginError, match="executor 'forgotten': expected an Executor, got None"),
+    ):
+        evaluator.run(jobs_of(plan_of("any")))
+
+
+class Answering(Executor):
+    """An executor that answers every job in one way."""
+
+    def __init__(self, answer):
+        self.answer = answer
+
+    def submit(self, *_job):
+        return self.answer()
+
+    def shutdown(self, *_args, **_options):
+        pass
+
+
+def full():
+    raise ValueError("the queue is full")
+
+
+def finished(value):
+    future = Future()
+    future.set_result(value)
+    return future
+
+
+def cancelled():
+    future = Future()
+    future.cancel()
+    future.set_running_or_notify_cancel()
+    return future
+
+
+@pytest.mark.parametrize(
+    ("answer", "message"),
+    [
+        (full, r"executor 'odd': ValueError: the queue is full, test_executors.py line \d+"),
+        (lambda: sys.exit(0), r"executor 'odd': SystemExit: 0, test_executors.py line \d+"),
+        (lambda: None, "executor 'odd': expected a Future of a job, got None"),
+        (lambda: finished("goal"), "executor 'odd': expected the result of a run, got 'goal'"),
+        (cancelled, "workers die before their first run"),
+    ],
+)
+def test_an_executor_that_fails_is_one_line(monkeypatch, answer, message):
+    monkeypatch.setitem(EXECUTORS._entries, "odd", lambda setup: Answering(answer))
+    with (
+        Evaluator(fake_runs.drive, executor="odd") as evaluator,
+        pytest.raises((PluginError, RunError), match=message),
     ):
         evaluator.run(jobs_of(plan_of("any")))
 

@@ -1,5 +1,6 @@
 """Compiled kernels as an archive: taken over to the bit, and refused where they are not this machine's."""
 
+import errno
 import io
 import json
 import os
@@ -10,9 +11,12 @@ import tarfile
 
 import pytest
 
+from evolution.cli import main
 from evolution.commands import kernels as command
 from evolution.driving import kernel_files
+from evolution.files.plain import WriteError
 from gym_mapbench.errors import ConfigError, RunError
+from gym_mapbench.kernels.jit import kernel
 
 CALL = """
 import sys
@@ -91,6 +95,26 @@ def test_shipped_kernels_are_taken_if_they_are_this_machines(archive, tmp_path, 
     assert (tmp_path / "cache/geometry.wrap-1.py311.nbi").read_bytes() == b"index"
 
 
+def test_an_import_that_is_interrupted_leaves_no_index_of_other_machine_code(archive, tmp_path, monkeypatch):
+    """Numba would run the new machine code with the types of arguments that the old index states."""
+    names = [f"gym_mapbench.kernels.geometry/geometry.wrap-1.py311.{kind}" for kind in ("1.nbc", "2.nbc", "nbi")]
+    path = archive([(name, b"new") for name in names])
+    kernel_files.import_kernels(path)
+    folder = tmp_path / "cache"
+    assert {file.read_bytes() for file in folder.iterdir()} == {b"new"}
+    assert len(list(folder.iterdir())) == 3
+
+    def full(file, content):
+        if file.name.endswith("2.nbc"):
+            raise WriteError(f"{file}: cannot be written (No space left on device)")
+        file.write_bytes(content)
+
+    monkeypatch.setattr(kernel_files, "write_bytes", full)
+    with pytest.raises(WriteError, match="No space left"):
+        kernel_files.import_kernels(path)
+    assert not list(folder.glob("*.nbi"))
+
+
 @pytest.mark.parametrize("changed", ["numba", "python", "processor", "features", "sources", "format"])
 def test_kernels_for_something_else_are_refused(archive, tmp_path, changed):
     path = archive([("gym_mapbench.kernels.geometry/a.nbi", b"index")], **{changed: "another"})
@@ -142,3 +166,33 @@ def test_the_command(monkeypatch, capsys, tmp_path):
     assert main(["kernels", "export", "--out", "a.tar.xz"]) == 0
     assert main(["kernels", "import", "a.tar.xz"]) == 0
     assert capsys.readouterr().out == "wrote a.tar.xz\ntook a.tar.xz\n"
+
+
+def test_a_kernel_that_cannot_be_written_to_the_disk_runs_all_the_same(monkeypatch):
+    """A full disk would otherwise end a run in an error, which a search takes for the controller's."""
+
+    def full(*_):
+        raise OSError(errno.ENOSPC, "No space left on device")
+
+    @kernel
+    def twice(number):
+        return 2 * number
+
+    monkeypatch.setattr(twice._cache._cache_file, "save", full)
+    assert twice(3) == 6
+
+
+def test_without_a_folder_for_kernels_the_error_says_what_to_set():
+    namespace = {}
+    exec("def twice(number): return 2 * number", namespace)
+    with pytest.raises(OSError, match="expected a folder for compiled kernels; set NUMBA_CACHE_DIR to a writable one"):
+        kernel(namespace["twice"])
+
+
+def test_kernels_that_cannot_be_imported_are_one_line_of_any_command(monkeypatch, capsys):
+    def unwritable():
+        raise OSError("expected a folder for compiled kernels")
+
+    monkeypatch.setattr("evolution.files.version_lines", unwritable)
+    assert main(["--version"]) == 2
+    assert capsys.readouterr().err == "mapbench: expected a folder for compiled kernels\n"

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import asyncio
 import io
 import zipfile
 
@@ -158,6 +159,33 @@ def test_a_bad_message_is_answered_with_one_line_and_the_page_goes_on(page, mess
         assert "\n" not in error["message"]
         socket.send_text("[]")
         assert socket.receive_json()["type"] == "error"
+
+
+def test_bytes_are_answered_with_one_line_and_the_page_goes_on(page):
+    with page.connect() as socket:
+        for _ in range(2):
+            socket.send_bytes(b"{}")
+            assert socket.receive_json()["message"] == "message: expected text, got bytes"
+
+
+def test_a_page_that_goes_away_while_it_sends_is_no_error(page):
+    sent = []
+    scope = {
+        "type": "http",
+        "method": "POST",
+        "path": f"/{page.door.token}/open",
+        "headers": [(b"host", b"127.0.0.1:8765")],
+        "query_string": b"",
+    }
+
+    async def gone():
+        return {"type": "http.disconnect"}
+
+    async def send(message):
+        sent.append(message)
+
+    asyncio.run(page.client.app(scope, gone, send))
+    assert sent[0]["status"] == 400
 
 
 @pytest.mark.parametrize(

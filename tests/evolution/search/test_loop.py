@@ -21,7 +21,7 @@ from evolution.runs.loading import load_run
 from evolution.search.experiment import Experiment
 from evolution.search.loop import evolve
 from evolution.search.settings import EvolveSettings
-from gym_mapbench.errors import ConfigError, RunError
+from gym_mapbench.errors import ConfigError, PluginError, RunError
 from gym_mapbench.generator import build_genome, interior, is_drivable, sample_map
 from gym_mapbench.mapio.map_set_file import read_map_set
 from tests.evolution.fake_runs import CONTROLLERS, IN_PROCESS, SMALL, WORLD, drive, never
@@ -521,3 +521,22 @@ def test_the_runs_of_the_validation_stage_are_in_the_timing(tmp_path):
     assert sum(row["driven"] for row in timing) == len(result.record.runs)
     go_on(RunDir.open(tmp_path), with_search(**options))
     assert load_run(tmp_path).timing == timing
+
+
+@pytest.mark.parametrize(
+    ("fault", "message"),
+    [
+        ("Raises", r"ZeroDivisionError: no parents, faulty_algorithms.py line \d+"),
+        ("Exits", r"SystemExit: 0, faulty_algorithms.py line \d+"),
+        ("Lists", r"expected a Population of map sets, got \[1.0, 2.0\]"),
+        ("Vectors", r"expected a Population of map sets, got Population\("),
+        ("Stumbles", r"LookupError: no survivor, faulty_algorithms.py line \d+"),
+        ("Forgets", "expected a population of evaluated map sets, got 0 of 0"),
+    ],
+)
+def test_an_algorithm_that_fails_says_so_and_loses_nothing(tmp_path, fault, message):
+    name = f"tests.evolution.search.faulty_algorithms:{fault}"
+    experiment = Experiment(EvolveSettings(pop_size=2, evaluations=6, shapes=SMALL, algorithm=name), CONTROLLERS, WORLD)
+    with pytest.raises(PluginError, match=f"search algorithm '{name}': {message}"):
+        run(tmp_path / "run", experiment)
+    assert len(load_run(tmp_path / "run").individuals) == 2
