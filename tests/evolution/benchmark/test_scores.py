@@ -41,6 +41,13 @@ def test_shares_are_of_all_runs_and_measures_of_those_at_the_goal():
     assert score["length m"] is None
 
 
+def test_spl_is_at_most_the_success_also_with_errors():
+    """A run that ended in an error has no measures, but it is a failure; its recoveries are unknown."""
+    rows = runs("a", [10.0] * 3, spl=1.0, n_recoveries=1.0) + runs("a", [0.0], "error")
+    (score,) = score_rows(rows, ("a",))
+    assert (score["success"], score["spl"], score["recoveries"]) == (0.75, 0.75, 1.0)
+
+
 def test_pairs_are_runs_on_the_same_map_and_noise():
     rows = (
         runs("a", [10.0] * 6)
