@@ -108,8 +108,12 @@ def test_verdicts_by_hand():
     ratio = read_verdict("ratio", ("dwb", "rpp"), tolerance=0.1).measured_on([both])
     assert ratio.holds({"dwb": result(time=10.9), "rpp": result(time=8.0)})
     assert not ratio.holds({"dwb": result(time=11.1), "rpp": result(time=8.0)})
-    with pytest.raises(ConfigError, match="all controllers reach the goal"):
-        read_verdict("ratio", names).measured_on([trial])
+    at_once = {"dwb": result(time=0.0), "rpp": result(time=0.0)}
+    assert not ratio.holds(at_once)
+    assert read_verdict("dwb succeeds", names).measured_on([at_once]).holds(at_once)
+    for refused in (trial, at_once):
+        with pytest.raises(ConfigError, match="all controllers reach the goal, none of them at once"):
+            read_verdict("ratio", names).measured_on([refused])
 
 
 @pytest.mark.parametrize(
