@@ -74,12 +74,12 @@ class RobotModel:
 
     @property
     def chassis_x(self) -> float:
-        """x of the middle of the chassis in the robot's frame."""
+        """Distance of the middle of the chassis from the axle, forwards."""
         return (self.front + self.back) / 2
 
     @property
     def chassis_y(self) -> float:
-        """The same along y."""
+        """The same to the left."""
         return (self.left + self.right) / 2
 
     @property
