@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections import Counter
 from collections.abc import Sequence
 from itertools import combinations
 from statistics import fmean
@@ -110,9 +111,13 @@ def _faster(pairs: RowPairs) -> Values:
 
 
 def _mean(name: str, values: Values, once: Values, many: bool) -> Row:
-    """Return the mean of values, and the ends of its interval from the values without copies; None for too few."""
+    """Return the mean of values, and the ends of its interval from the values without copies; None for too few.
+
+    A map counts in the interval by its values, as it does in the mean.
+    """
     low, high = None, None
-    samples = units(once, many)
+    samples, counts = units(once, many), Counter(where for where, _ in once)
     if len(samples) >= FEWEST_FOR_INTERVAL:
-        low, high = bootstrap_interval(samples, np.random.default_rng(BOOTSTRAP_SEED))
+        of_maps = list(counts.values()) if many else None
+        low, high = bootstrap_interval(samples, np.random.default_rng(BOOTSTRAP_SEED), of_maps)
     return {name: fmean(value for _, value in values) if values else None, f"{name} from": low, f"{name} to": high}

@@ -79,6 +79,17 @@ def test_copies_of_a_run_count_once_in_intervals():
     assert (pair["pairs"], pair["both"], pair["faster s"], pair["faster s from"]) == (8, 8, 1.5, None)
 
 
+def test_a_mean_lies_in_its_interval_where_some_maps_have_more_runs_at_the_goal_than_others():
+    """The map with most goals takes longest: in the mean it counts by its runs, and so it does in the interval."""
+    times = {"m0": [30.0 + number for number in range(10)], **{f"m{number}": [10.0 + number] for number in range(1, 8)}}
+    of_maps = [(name, number, row) for name, some in times.items() for number, row in enumerate(runs("a", some))]
+    rows = [{**row, "map": name, "repeat": number} for name, number, row in of_maps]
+    (score,) = score_rows(rows, ("a",))
+    assert score["mean s from"] < score["mean s"] < score["mean s to"]
+    (pair,) = pair_rows(rows + [{**row, "controller": "b", "time_s": 12.0} for row in rows], ("a", "b"))
+    assert pair["faster s from"] < pair["faster s"] < pair["faster s to"]
+
+
 def test_few_maps_at_the_goal_of_many_are_still_the_units():
     """Runs on the two maps at the goal depend on each other, however many runs there are."""
     rows = [row for name in range(6) for row in _runs_on(f"m{name}", "goal" if name < 2 else "timeout")]
