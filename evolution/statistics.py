@@ -147,8 +147,15 @@ def wilson_interval(successes: float, n: int) -> tuple[float, float]:
     return 0.0 if successes == 0 else middle - reach, 1.0 if successes == n else middle + reach
 
 
-def bootstrap_interval(values: ArrayLike, rng: np.random.Generator) -> tuple[float, float]:
+def bootstrap_interval(
+    values: ArrayLike, rng: np.random.Generator, counts: ArrayLike | None = None
+) -> tuple[float, float]:
     """Percentile bootstrap interval of the mean.
+
+    Args:
+        values: The values that are resampled.
+        rng: Samples the resamples.
+        counts: By how much each value counts in the mean, above 0: such as the runs whose mean it is; None for alike.
 
     Raises:
         ConfigError: If there is no value.
@@ -156,8 +163,10 @@ def bootstrap_interval(values: ArrayLike, rng: np.random.Generator) -> tuple[flo
     sample = np.asarray(values, dtype=float)
     if len(sample) == 0:
         raise ConfigError("bootstrap: expected at least one value, got none")
-    drawn = sample[rng.integers(0, len(sample), (RESAMPLES, len(sample)))]
-    low, high = np.quantile(drawn.mean(axis=1), TAILS)
+    weights = np.ones(len(sample)) if counts is None else np.asarray(counts, dtype=float) / np.max(counts)
+    places = rng.integers(0, len(sample), (RESAMPLES, len(sample)))
+    means = (weights * sample)[places].sum(axis=1) / weights[places].sum(axis=1)
+    low, high = np.quantile(means, TAILS)
     return float(low), float(high)
 
 

@@ -47,7 +47,8 @@ class PairedComparison:
         losses: Units in which the first side does.
         p_success: Two-sided p-value of McNemar's exact test.
         both: Pairs of runs in which both sides reach the goal.
-        time_ratio: Time of the second side over that of the first, geometric mean over units; NaN without a pair.
+        time_ratio: Time of the second side over that of the first, geometric mean over units; NaN without a pair. A
+            run that begins at the goal takes no time, so its pair has no ratio.
         ratio_low: Lower end of its 95 % interval; NaN for fewer than five units.
         ratio_high: Upper end.
         p_time: Two-sided p-value of Wilcoxon's test of the logarithms of the ratios; NaN without a pair.
@@ -77,8 +78,8 @@ def compare_paired(first: Sequence[Trial], second: Sequence[Trial], rng: np.rand
     many = many_maps(a.map for a, _ in pairs)
     gains = units([(a.map, float(b.success) - float(a.success)) for a, b in pairs], many)
     wins, losses = sum(gain > 0 for gain in gains), sum(gain < 0 for gain in gains)
-    ratios = [(a.map, math.log(b.time / a.time)) for a, b in pairs if a.success and b.success]
-    logs = units(ratios, many)
+    both = [(a, b) for a, b in pairs if a.success and b.success]
+    logs = units([(a.map, math.log(b.time / a.time)) for a, b in both if min(a.time, b.time) > 0], many)
     low, high = bootstrap_interval(logs, rng) if len(logs) >= FEWEST_FOR_INTERVAL else (math.nan, math.nan)
     return PairedComparison(
         pairs=len(pairs),
@@ -86,7 +87,7 @@ def compare_paired(first: Sequence[Trial], second: Sequence[Trial], rng: np.rand
         wins=wins,
         losses=losses,
         p_success=mcnemar(wins, losses),
-        both=len(ratios),
+        both=len(both),
         time_ratio=math.exp(fmean(logs)) if logs else math.nan,
         ratio_low=math.exp(low),
         ratio_high=math.exp(high),

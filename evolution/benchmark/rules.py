@@ -13,6 +13,7 @@ from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from statistics import fmean
 
+from evolution.benchmark.scores import value_of
 from evolution.files import Row
 from gym_mapbench.errors import ConfigError, unknown_name
 from gym_mapbench.metrics import METRICS, WEIGHTED_BY_SUCCESS
@@ -39,7 +40,7 @@ def _mean_of_goals(column: str) -> Measure:
 
 
 def _mean_of_all(column: str) -> Measure:
-    return lambda rows: _mean(row.get(column) for row in rows if row["outcome"] != "error")
+    return lambda rows: _mean(value_of(row, column) for row in rows)
 
 
 def _count_of(outcome: str) -> Measure:
@@ -59,8 +60,8 @@ MEASURES: dict[str, Measure] = {
     "errors": _count_of("error"),
 }
 """Measures of a controller over all maps: the share of runs at the goal; means over the runs that reached it, in s and
-m; recoveries a run; and numbers of runs that ended otherwise. Metrics are measures, too: means like ``recoveries`` if
-they are weighted by success, else like ``time``."""
+m; recoveries of a run without an error; and numbers of runs that ended otherwise. Metrics are measures, too: means over
+all runs if they are weighted by success, else like ``time``."""
 
 
 Owners = Mapping[str, Sequence[Row]]

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections import Counter
 from collections.abc import Sequence
 from itertools import combinations
 from statistics import fmean
@@ -28,7 +29,10 @@ OF_GOALS = {
 }
 """Columns that are means over the runs that reached the goal, and their fields."""
 OF_ALL = {"spl": "spl", "ms": "controller_ms", "recoveries": "n_recoveries"}
-"""Columns that are means over all runs: success weighted by path length, controller time per decision, recoveries."""
+"""Columns that are means over all runs: success weighted by path length, controller time per decision, recoveries.
+
+Time and recoveries of a run that ended in an error are unknown, so only the first counts it: as the failure it is.
+"""
 MEANS = (*OF_GOALS, *OF_ALL)
 SHARES = {"success": "goal", "collision": "collision", "timeout": "timeout"}
 """Columns that are shares of the runs, and the outcome whose share they are."""
@@ -69,10 +73,19 @@ def _score(name: str, rows: Sequence[Row], metrics: Sequence[str]) -> Row:
     of_goals = {metric: metric for metric in metrics if metric not in of_all}
     for chosen, columns in ((goals, OF_GOALS | of_goals), (rows, OF_ALL | of_all)):
         for column, field in columns.items():
-            known = [row for row in chosen if row.get(field) is not None]
-            values, once = ([(row["map"], row[field]) for row in some] for some in (known, distinct_rows(known)))
+            values, once = (_values(some, field) for some in (chosen, distinct_rows(chosen)))
             scored |= _mean(column, values, once, many)
     return scored
+
+
+def value_of(row: Row, field: str) -> float | None:
+    """Return a measure of a run; None if it has none. A run that ended in an error is a failure, with a weight of 0."""
+    weighted = row["outcome"] == "error" and field in WEIGHTED_BY_SUCCESS
+    return 0.0 if weighted else row.get(field)
+
+
+def _values(rows: Sequence[Row], field: str) -> Values:
+    return [(row["map"], value) for row in rows if (value := value_of(row, field)) is not None]
 
 
 def _pair(rows: Sequence[Row], first: str, second: str) -> Row:
@@ -98,9 +111,13 @@ def _faster(pairs: RowPairs) -> Values:
 
 
 def _mean(name: str, values: Values, once: Values, many: bool) -> Row:
-    """Return the mean of values, and the ends of its interval from the values without copies; None for too few."""
+    """Return the mean of values, and the ends of its interval from the values without copies; None for too few.
+
+    A map counts in the interval by its values, as it does in the mean.
+    """
     low, high = None, None
-    samples = units(once, many)
+    samples, counts = units(once, many), Counter(where for where, _ in once)
     if len(samples) >= FEWEST_FOR_INTERVAL:
-        low, high = bootstrap_interval(samples, np.random.default_rng(BOOTSTRAP_SEED))
+        of_maps = list(counts.values()) if many else None
+        low, high = bootstrap_interval(samples, np.random.default_rng(BOOTSTRAP_SEED), of_maps)
     return {name: fmean(value for _, value in values) if values else None, f"{name} from": low, f"{name} to": high}

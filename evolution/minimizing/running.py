@@ -196,8 +196,9 @@ class _Search:
         return all(map(self.verdict.holds, self.trials([scenario], range(self.settings.seeds))[0]))
 
     def with_obstacles(self, obstacles: Sequence[Cells]) -> Scenario:
-        """Return the scenario with these obstacles only."""
-        return replace(self.scenario, map=map_with(self.scenario.map, obstacles), name=f"{self.scenario.name}_minimal")
+        """Return the scenario with these obstacles only; the genome is lost, as it describes all obstacles."""
+        fewer = map_with(self.scenario.map, obstacles)
+        return replace(self.scenario, map=fewer, name=f"{self.scenario.name}_minimal", genome=None)
 
     def checked(self, after: Scenario) -> Minimized:
         """Return the result with both maps on held-out seeds."""

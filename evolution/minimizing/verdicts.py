@@ -52,11 +52,12 @@ class Verdict:
         """Return the verdict with the order and the median ratio of some trials, those of the original map.
 
         Raises:
-            ConfigError: If a run fails and the ratio is to be kept.
+            ConfigError: If a run fails or takes no time, and the ratio is to be kept.
         """
         ratio = median(ratio_of(trial) for trial in trials)
         if self.text == "ratio" and not math.isfinite(ratio):
-            raise ConfigError("--keep ratio: expected a map on which all controllers reach the goal")
+            expected = "a map on which all controllers reach the goal, none of them at once"
+            raise ConfigError(f"--keep ratio: expected {expected}")
         return Verdict(self.text, self.outcomes, order_of(trials[0]), ratio, self.tolerance)
 
 
@@ -93,9 +94,9 @@ def order_of(trial: Trial) -> tuple[str, ...]:
 
 
 def ratio_of(trial: Trial) -> float:
-    """Return the time of the slowest over that of the fastest controller; infinite if one fails."""
+    """Return the time of the slowest over that of the fastest controller; infinite if one fails or takes no time."""
     times = [_time(result) for result in trial.values()]
-    return max(times) / min(times) if math.isfinite(max(times)) else math.inf
+    return max(times) / min(times) if math.isfinite(max(times)) and min(times) > 0 else math.inf
 
 
 def _time(result: RunResult) -> float:

@@ -12,7 +12,7 @@ from gym_mapbench.world.robot import RobotSpec
 WHEEL_RADIUS = 0.033
 """Radius of a TurtleBot3's wheels, m; the largest one."""
 WHEEL_SHARE = 0.1
-"""Largest radius of a wheel by the width of the robot: the wheels stand 3/8 of the width beside its middle."""
+"""Largest radius of a wheel by the width of the robot: the wheels stand 3/8 of the width beside its centre."""
 
 CHASSIS_HEIGHT = 0.12
 GROUND_CLEARANCE = 0.01
@@ -33,14 +33,16 @@ class RobotModel:
         spec: The robot it stands for.
         back: x of the rear end of the chassis in the robot's frame, negative.
         front: x of its front end.
-        width: Width of the chassis along y.
+        right: y of its right side, negative.
+        left: y of its left side.
         lidar: Its scanner, at its place on the robot.
     """
 
     spec: RobotSpec
     back: float
     front: float
-    width: float
+    right: float
+    left: float
     lidar: LidarSettings
 
     chassis_height: float = CHASSIS_HEIGHT
@@ -56,9 +58,9 @@ class RobotModel:
         """
         mounted = lidar.mounted(spec.lidar)
         if spec.footprint is None:
-            return cls(spec, -spec.radius, spec.radius, spec.width, mounted)
+            return cls(spec, -spec.radius, spec.radius, *spec.sides, mounted)
         along = np.asarray(spec.footprint)[:, 0]
-        return cls(spec, float(along.min()), float(along.max()), spec.width, mounted)
+        return cls(spec, float(along.min()), float(along.max()), *spec.sides, mounted)
 
     @property
     def length(self) -> float:
@@ -66,14 +68,25 @@ class RobotModel:
         return self.front - self.back
 
     @property
+    def width(self) -> float:
+        """Width of the chassis along y; the diameter of a disc."""
+        return self.left - self.right
+
+    @property
     def chassis_x(self) -> float:
-        """Distance of the middle of the chassis from the axle."""
+        """Distance of the middle of the chassis from the axle, forwards."""
         return (self.front + self.back) / 2
+
+    @property
+    def chassis_y(self) -> float:
+        """The same to the left."""
+        return (self.left + self.right) / 2
 
     @property
     def wheel_radius(self) -> float:
         """Radius of the wheels, which lie inside the outline."""
-        return min(WHEEL_RADIUS, WHEEL_SHARE * self.width, self.front, -self.back)
+        narrow = 2 * min(self.left, -self.right)
+        return min(WHEEL_RADIUS, WHEEL_SHARE * narrow, self.front, -self.back)
 
     @property
     def lidar_pose(self) -> tuple[float, float, float, float]:
@@ -139,7 +152,8 @@ class RobotModel:
     def describe(self) -> str:
         """Say the outline in words."""
         if self.box:
-            return f"the box around the footprint, x from {self.back:g} to {self.front:g} m, {self.width:g} m wide"
+            across = f"y from {self.right:g} to {self.left:g} m"
+            return f"the box around the footprint, x from {self.back:g} to {self.front:g} m, {across}"
         return f"a disc of radius {self.length / 2:g} m"
 
     def _thirds(self, a: float, b: float) -> float:

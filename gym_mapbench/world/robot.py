@@ -70,16 +70,27 @@ class RobotSpec(Settings):
         return "footprint " + " ".join(f"({x:g}, {y:g})" for x, y in self.footprint)
 
     @property
-    def width(self) -> float:
-        """Extent across the heading, m: the diameter of a disc, or the width of the box around the polygon."""
+    def sides(self) -> tuple[float, float]:
+        """The smallest and the largest y of the outline, m: how far it reaches to the right and to the left."""
         if self.footprint is None:
-            return 2 * self.radius
-        return 2 * float(np.abs(np.asarray(self.footprint)[:, 1]).max())
+            return -self.radius, self.radius
+        across = np.asarray(self.footprint)[:, 1]
+        return float(across.min()), float(across.max())
+
+    @property
+    def width(self) -> float:
+        """Twice the largest distance of the outline from the line through its centre along its heading, m."""
+        right, left = self.sides
+        return 2 * max(left, -right)
 
     @property
     def wheel_separation(self) -> float:
-        """Distance between the wheels, m: three quarters of the width, as on a TurtleBot3."""
-        return 0.75 * self.width
+        """Distance between the wheels, m: three quarters of the width, as on a TurtleBot3.
+
+        The width is that of the narrower side, so that both wheels lie inside an outline that is not symmetric.
+        """
+        right, left = self.sides
+        return 0.75 * 2 * min(left, -right)
 
     @property
     def circumscribed_radius(self) -> float:

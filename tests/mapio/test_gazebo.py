@@ -247,10 +247,27 @@ def test_the_chassis_is_the_box_around_a_footprint_that_has_its_axle_behind():
     assert model.casters["back"] < 0 < model.casters["front"]
 
 
-@pytest.mark.parametrize("robot", [make_robot("turtlebot3_burger"), make_robot("jackal"), RobotSpec(radius=0.05)])
+ASIDE = RobotSpec(footprint=((0.5, 0.1), (-0.1, 0.1), (-0.1, -0.3), (0.5, -0.3)))
+"""A robot that reaches farther to the right than to the left."""
+
+
+def test_the_chassis_is_the_box_around_a_footprint_that_reaches_farther_to_one_side(tmp_path):
+    export_gazebo([thesis_scenario(1, "m")], tmp_path, **(OPTIONS | {"robot": ASIDE}))
+    for name in ("mapbench_robot", "mapbench_robot_gz"):
+        root = ElementTree.parse(tmp_path / "models" / name / "model.sdf").getroot()
+        chassis = root.find(".//collision[@name='chassis_collision']")
+        x, y = (float(value) for value in chassis.findtext("pose").split()[:2])
+        length, width = (float(value) for value in chassis.findtext("geometry/box/size").split()[:2])
+        assert [x - length / 2, x + length / 2] == pytest.approx([-0.1, 0.5])
+        assert [y - width / 2, y + width / 2] == pytest.approx([-0.3, 0.1])
+
+
+@pytest.mark.parametrize(
+    "robot", [make_robot("turtlebot3_burger"), make_robot("jackal"), RobotSpec(radius=0.05), ASIDE]
+)
 def test_the_wheels_lie_inside_the_outline(robot):
     model = RobotModel.of(robot, LidarSettings())
-    assert model.separation / 2 + model.wheel_radius < model.width / 2
+    assert model.separation / 2 + model.wheel_radius < min(model.left, -model.right)
 
 
 @pytest.mark.parametrize("robot", ["turtlebot3_burger", "jackal"])

@@ -109,9 +109,11 @@ class JudgingSettings(PatternSettings, ExtendedSettings):
             raise OptionError("objectives", f"expected other metrics than that of the fitness, got {self.metric}")
         if FITNESSES.get(self.fitness).needs_scale and len(self.metrics) > 1:
             raise OptionError("objectives", f"expected measures of maps with fitness {self.fitness!r}, got a metric")
-        if FITNESSES.get(self.fitness).less_is_better and self.metric in MORE_IS_BETTER:
+        better = MORE_IS_BETTER if FITNESSES.get(self.fitness).less_is_better else frozenset[str]()
+        for metric in filter(better.__contains__, self.metrics):
+            option = "metric" if metric == self.metric else "objectives"
             raise OptionError(
-                "metric", f"expected one of which less is better with fitness {self.fitness!r}, got {self.metric!r}"
+                option, f"expected one of which less is better with fitness {self.fitness!r}, got {metric!r}"
             )
         if FITNESSES.get(self.fitness).solved_only and not policy.excludes:
             raise OptionError(

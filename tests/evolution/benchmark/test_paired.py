@@ -38,6 +38,13 @@ def test_six_maps_by_hand():
     assert found.p_time == 1.0
 
 
+def test_a_run_that_begins_at_the_goal_has_no_ratio():
+    first = [Trial("m0", True, 0.0), Trial("m1", True, 10.0)]
+    found = compare_paired(first, [Trial("m0", True, 0.0), Trial("m1", True, 5.0)], rng())
+    assert (found.both, found.time_ratio) == (2, pytest.approx(0.5))
+    assert math.isnan(compare_paired(first[:1], first[:1], rng()).time_ratio)
+
+
 def test_runs_on_one_map_of_many_count_once():
     """Five lost runs on one of six maps are one lost map."""
     names = [f"m{number}" for number in range(6) for _ in range(5)]

@@ -38,7 +38,7 @@ ROWS = [
         ("my.mppi.timeouts!=0", "my.mppi.timeouts!=0: my.mppi 1"),
         ("my.mppi.recoveries==4", "my.mppi.recoveries==4: my.mppi 4"),  # an error counts no recoveries
         ("dwb.n_recoveries>=1", "dwb.n_recoveries>=1: dwb 1"),  # a metric
-        ("spl<0.8", "spl<0.8: dwb 0.75, my.mppi 0"),  # a failure counts 0, an error not at all
+        ("spl<0.8", "spl<0.8: dwb 0.75, my.mppi 0"),  # a failure counts 0
         ("errors>1", None),
         ("my.mppi.success<dwb.success", "my.mppi.success<dwb.success: my.mppi 0, dwb 0.75"),
         ("dwb.success < my.mppi.success", None),
@@ -47,6 +47,12 @@ ROWS = [
 )
 def test_worked_examples(rule, line):
     assert broken([read_rule(rule, NAMES)], runs_by_controller(ROWS, NAMES)) == ([] if line is None else [line])
+
+
+@pytest.mark.parametrize("measure", ["success", "spl"])
+def test_an_error_counts_in_spl_as_in_success(measure):
+    rows = [run("dwb", "goal", 10.0, 0), *[run("dwb", "error", 0.0, None)] * 3]
+    assert broken([read_rule(f"{measure}<0.5", ["dwb"])], {"dwb": rows}) == [f"{measure}<0.5: dwb 0.25"]
 
 
 def test_labels_may_hold_spaces():

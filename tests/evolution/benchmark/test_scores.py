@@ -41,6 +41,13 @@ def test_shares_are_of_all_runs_and_measures_of_those_at_the_goal():
     assert score["length m"] is None
 
 
+def test_spl_is_at_most_the_success_also_with_errors():
+    """A run that ended in an error has no measures, but it is a failure; its recoveries are unknown."""
+    rows = runs("a", [10.0] * 3, spl=1.0, n_recoveries=1.0) + runs("a", [0.0], "error")
+    (score,) = score_rows(rows, ("a",))
+    assert (score["success"], score["spl"], score["recoveries"]) == (0.75, 0.75, 1.0)
+
+
 def test_pairs_are_runs_on_the_same_map_and_noise():
     rows = (
         runs("a", [10.0] * 6)
@@ -70,6 +77,17 @@ def test_copies_of_a_run_count_once_in_intervals():
     both = rows + [{**row, "controller": "b", "time_s": 4.0} for row in rows]
     (pair,) = pair_rows(both, ("a", "b"))
     assert (pair["pairs"], pair["both"], pair["faster s"], pair["faster s from"]) == (8, 8, 1.5, None)
+
+
+def test_a_mean_lies_in_its_interval_where_some_maps_have_more_runs_at_the_goal_than_others():
+    """The map with most goals takes longest: in the mean it counts by its runs, and so it does in the interval."""
+    times = {"m0": [30.0 + number for number in range(10)], **{f"m{number}": [10.0 + number] for number in range(1, 8)}}
+    of_maps = [(name, number, row) for name, some in times.items() for number, row in enumerate(runs("a", some))]
+    rows = [{**row, "map": name, "repeat": number} for name, number, row in of_maps]
+    (score,) = score_rows(rows, ("a",))
+    assert score["mean s from"] < score["mean s"] < score["mean s to"]
+    (pair,) = pair_rows(rows + [{**row, "controller": "b", "time_s": 12.0} for row in rows], ("a", "b"))
+    assert pair["faster s from"] < pair["faster s"] < pair["faster s to"]
 
 
 def test_few_maps_at_the_goal_of_many_are_still_the_units():

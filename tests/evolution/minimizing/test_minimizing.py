@@ -17,8 +17,10 @@ from evolution.minimizing import MinimizeSettings, read_verdict, run_minimizing
 from evolution.minimizing.delta_debugging import minimal
 from evolution.minimizing.obstacles import farthest_first, frame_of, halves, map_with, obstacles_of
 from gym_mapbench.errors import ConfigError, RunError
+from gym_mapbench.generator import FamilySpec, ShapeSettings, draw_from
 from gym_mapbench.metrics.episode import Episode
 from gym_mapbench.world.gridmap import GridMap
+from gym_mapbench.world.robot import make_robot
 from gym_mapbench.world.scenario import Pose, Scenario
 from tests.evolution import fake_runs
 
@@ -108,8 +110,12 @@ def test_verdicts_by_hand():
     ratio = read_verdict("ratio", ("dwb", "rpp"), tolerance=0.1).measured_on([both])
     assert ratio.holds({"dwb": result(time=10.9), "rpp": result(time=8.0)})
     assert not ratio.holds({"dwb": result(time=11.1), "rpp": result(time=8.0)})
-    with pytest.raises(ConfigError, match="all controllers reach the goal"):
-        read_verdict("ratio", names).measured_on([trial])
+    at_once = {"dwb": result(time=0.0), "rpp": result(time=0.0)}
+    assert not ratio.holds(at_once)
+    assert read_verdict("dwb succeeds", names).measured_on([at_once]).holds(at_once)
+    for refused in (trial, at_once):
+        with pytest.raises(ConfigError, match="all controllers reach the goal, none of them at once"):
+            read_verdict("ratio", names).measured_on([refused])
 
 
 @pytest.mark.parametrize(
@@ -145,10 +151,10 @@ def recorded(job):
     return Episode(job.scenario, job.controller.name, 0, "goal", "", 1.0, 0.1, np.array([[0.15, 0.15, 0, 0, 0]]), None)
 
 
-def minimise(path, keep="rpp fails", workers=1, on_run=None, resume=False, grid=GRID, name="hand", **more):
+def minimise(path, keep="rpp fails", workers=1, on_run=None, resume=False, grid=GRID, name="hand", genome=None, **more):
     """Minimise, with one worker in this process, unless the executor is given."""
     more = {"executor": fake_runs.IN_PROCESS if workers == 1 else "processes", **more}
-    scenario = Scenario(grid, Pose(0.15, 0.15), Pose(0.85, 0.15), name)
+    scenario = Scenario(grid, Pose(0.15, 0.15), Pose(0.85, 0.15), name, genome=genome)
     plan = JobPlan(fake_runs.CONTROLLERS[2:], fake_runs.WORLD, 3)
     verdict = read_verdict(keep, plan.names)
     wanted = MinimizeSettings(seeds=2, held_out_seeds=3)
@@ -176,6 +182,14 @@ def test_the_cause_is_left(no_robot, tmp_path):
     again = load(tmp_path / "out")
     assert again.sentences() == found.sentences()
     assert again.after.map == found.after.map
+
+
+def test_the_smallest_map_has_not_the_genome_of_all_obstacles(no_robot, tmp_path):
+    of_gates = [FamilySpec(name="gates")], ShapeSettings(), make_robot("turtlebot3_waffle")
+    genome = draw_from(np.random.default_rng(0), *of_gates).genome
+    found = minimise(tmp_path / "out", genome=genome)
+    assert found.before.genome is genome is not None
+    assert found.after.genome is None
 
 
 def test_no_obstacle_may_be_needed(no_robot, monkeypatch, tmp_path):

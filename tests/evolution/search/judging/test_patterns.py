@@ -105,6 +105,11 @@ def test_scores_depend_on_ratios_alone(times, factor):
             "metric: expected one of which less is better with fitness 'regret'",
         ),
         ({"fitness": "pairs", "metric": "min_clearance"}, 3, "metric: .* less is better with fitness 'pairs'"),
+        (
+            {"fitness": "regret", "objectives": ("n_obstacles", "min_clearance"), "algorithm": "nsga2"},
+            3,
+            "objectives: .* less is better with fitness 'regret', got 'min_clearance'",
+        ),
     ],
 )
 def test_what_a_pattern_cannot_be_used_for_is_one_line(options, controllers, message):
