@@ -62,6 +62,7 @@ class RosPackage:
             "package": self.package,
             "release": self.navigation.release,
             "simulators": self.simulators,
+            "controller_packages": self.navigation.packages,
             "maps": [scenario.name for scenario in self.scenarios],
         }
         return {
