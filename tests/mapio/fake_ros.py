@@ -21,6 +21,7 @@ class World:
         self.cancelled = 0
         self.listeners = {"odom": [], "contacts": []}
         self.launched = []
+        self.launch = ["sleep", "60"]  # what stands for the launch file
         self.stuck = set()  # numbers of the teleports after which the robot stays where it is
         self.teleports = 0
         self.touches = []  # simulated times at which the chassis touches a wall, counted from each goal

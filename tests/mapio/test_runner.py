@@ -6,6 +6,8 @@ import math
 import re
 import signal
 import subprocess
+import sys
+import time
 from functools import partial
 from types import SimpleNamespace
 
@@ -78,7 +80,7 @@ def ros(monkeypatch, bundle):
         world.launched.append(command)
         # A shell ignores SIGINT for what it starts in the background, and children inherit that.
         heed = partial(signal.signal, signal.SIGINT, signal.SIG_DFL)
-        return start(["sleep", "60"], start_new_session=start_new_session, preexec_fn=heed)
+        return start(world.launch, start_new_session=start_new_session, preexec_fn=heed)
 
     monkeypatch.setattr(subprocess, "Popen", launch)
     return world
@@ -134,7 +136,7 @@ ALL = [
 
 def test_one_failed_teleport_costs_one_run(bundle, ros, tmp_path, monkeypatch, capsys):
     runner = load(bundle[1] / "run_benchmark.py", "exported_runner")
-    monkeypatch.setattr(runner, "time", SimpleNamespace(monotonic=lambda: ros.time))
+    monkeypatch.setattr(runner, "time", SimpleNamespace(monotonic=lambda: ros.time, sleep=time.sleep))
     ros.stuck = {2}
     out = tmp_path / "times.csv"
     assert runner.main(["--out", str(out)]) == 0
@@ -167,13 +169,62 @@ def test_an_interrupted_benchmark_goes_on(bundle, ros, tmp_path, driven):
 
 def test_a_map_that_does_not_start_leaves_the_others(bundle, ros, tmp_path, monkeypatch, capsys):
     runner = load(bundle[1] / "run_benchmark.py", "exported_runner")
-    monkeypatch.setattr(runner, "time", SimpleNamespace(monotonic=lambda: ros.time))
+    monkeypatch.setattr(runner, "time", SimpleNamespace(monotonic=lambda: ros.time, sleep=time.sleep))
     ros.ready = False
     assert runner.main(["--out", str(tmp_path / "times.csv")]) == 1
     assert "not driven to the end: map_0, map_1; --resume tries again" in capsys.readouterr().err
     assert runs_in(tmp_path / "times.csv") == []
     assert len(ros.launched) == 2
     assert ros.time == pytest.approx(2 * runner.START_TIMEOUT, abs=5.0)
+
+
+def test_a_simulator_that_ends_costs_its_map_and_no_waiting(bundle, ros, tmp_path, monkeypatch, capsys):
+    """The launch ends with its simulator; then no result will come, and no later run can begin."""
+    runner = load(bundle[1] / "run_benchmark.py", "exported_runner")
+    monkeypatch.setattr(runner, "time", SimpleNamespace(monotonic=lambda: ros.time, sleep=time.sleep))
+    ros.launch = ["true"]
+    out = tmp_path / "times.csv"
+    assert runner.main(["--out", str(out)]) == 1
+    assert "map_0: the simulator or the launch file has ended" in capsys.readouterr().err
+    assert runs_in(out) == []
+    assert ros.time < 2 * runner.START_TIMEOUT
+
+
+def test_a_launch_is_ended_whatever_happens_to_the_runner(bundle, ros, tmp_path, monkeypatch):
+    runner = load(bundle[1] / "run_benchmark.py", "exported_runner")
+    monkeypatch.setattr(runner, "Runner", lambda *_: 1 / 0)
+    ended, stop = [], runner.stop
+    monkeypatch.setattr(runner, "stop", lambda process: ended.append(process) or stop(process))
+    with pytest.raises(ZeroDivisionError):
+        runner.main(["--out", str(tmp_path / "times.csv")])
+    assert [process.poll() for process in ended] == [-signal.SIGINT]
+
+
+def test_what_outlives_the_launch_is_ended_too(bundle, ros, tmp_path, monkeypatch):
+    """A simulator that is left would be there, with its walls, when the next map starts."""
+    runner = load(bundle[1] / "run_benchmark.py", "exported_runner")
+    monkeypatch.setattr(runner, "time", SimpleNamespace(sleep=lambda seconds: time.sleep(seconds / 100)))
+    beat = tmp_path / "beat"
+    left = f"trap '' INT; while true; do echo >> {beat}; sleep 0.01; done"
+    ros.launch = ["sh", "-c", f'sh -c "{left}" & wait']
+    process = subprocess.Popen([], start_new_session=True)
+    while not beat.exists():
+        time.sleep(0.01)
+    runner.stop(process)
+    size = beat.stat().st_size
+    time.sleep(0.1)
+    assert beat.stat().st_size == size
+
+
+def test_a_missing_package_is_said_before_anything_starts(bundle, ros, tmp_path, monkeypatch, capsys):
+    for name in ("gazebo_msgs.msg", "ros_gz_interfaces.msg"):
+        monkeypatch.setitem(sys.modules, name, None)
+    runner = load(bundle[1] / "run_benchmark.py", "exported_runner")
+    with pytest.raises(SystemExit) as ended:
+        runner.main(["--out", str(tmp_path / "times.csv")])
+    assert ended.value.code == 2
+    assert "README.md names the packages to install" in capsys.readouterr().err
+    assert (ros.launched, list(tmp_path.iterdir())) == ([], [])
 
 
 @pytest.mark.parametrize(
