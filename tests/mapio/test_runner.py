@@ -19,6 +19,7 @@ from tests.mapio.fake_ros import (
     SUCCEEDED,
     Action,
     Service,
+    Shutdown,
     World,
     empty_twist,
     fake_node,
@@ -45,6 +46,7 @@ def ros(monkeypatch, bundle):
         rclpy={"init": lambda: None, "try_shutdown": lambda: None, "spin_once": lambda node, timeout_sec: world.spin()},
         rclpy__qos={"qos_profile_sensor_data": None},
         rclpy__action={"ActionClient": lambda node, kind, name: Action(world)},
+        rclpy__executors={"ExternalShutdownException": Shutdown},
         rclpy__node={"Node": fake_node(world)},
         rclpy__parameter={"Parameter": lambda name, value: (name, value)},
         action_msgs={},
@@ -148,13 +150,14 @@ def test_one_failed_teleport_costs_one_run(bundle, ros, tmp_path, monkeypatch, c
     assert len(ros.goals) == 4
 
 
+@pytest.mark.parametrize("signalled", [KeyboardInterrupt, Shutdown])
 @pytest.mark.parametrize("driven", [1, 2, 3])
-def test_an_interrupted_benchmark_goes_on(bundle, ros, tmp_path, driven):
+def test_an_interrupted_benchmark_goes_on(bundle, ros, tmp_path, capsys, driven, signalled):
     runner = load(bundle[1] / "run_benchmark.py", "exported_runner")
     out = tmp_path / "times.csv"
-    ros.interrupt_after = driven
-    with pytest.raises(KeyboardInterrupt):
-        runner.main(["--out", str(out)])
+    ros.interrupt_after, ros.interrupt = driven, signalled
+    assert runner.main(["--out", str(out)]) == 130
+    assert capsys.readouterr().err == "interrupted; --resume drives what is left\n"
     assert runs_in(out) == ALL[: driven - 1]
     with out.open("a") as file:
         file.write("map_1,mp")  # a line that was not written to its end
@@ -182,7 +185,14 @@ def test_a_simulator_that_ends_costs_its_map_and_no_waiting(bundle, ros, tmp_pat
     """The launch ends with its simulator; then no result will come, and no later run can begin."""
     runner = load(bundle[1] / "run_benchmark.py", "exported_runner")
     monkeypatch.setattr(runner, "time", SimpleNamespace(monotonic=lambda: ros.time, sleep=time.sleep))
-    ros.launch = ["true"]
+    ros.launch, start = ["true"], subprocess.Popen
+
+    def start_and_end(command, start_new_session):
+        process = start(command, start_new_session)
+        process.wait()
+        return process
+
+    monkeypatch.setattr(subprocess, "Popen", start_and_end)
     out = tmp_path / "times.csv"
     assert runner.main(["--out", str(out)]) == 1
     assert "map_0: the simulator or the launch file has ended" in capsys.readouterr().err
@@ -245,6 +255,15 @@ def test_what_the_runner_refuses(bundle, ros, tmp_path, capsys, arguments, text,
     assert ended.value.code == 2
     assert words in capsys.readouterr().err
     assert (out.read_text() if out.exists() else None) == text
+    assert ros.launched == []
+
+
+def test_a_directory_that_does_not_exist_is_refused(bundle, ros, tmp_path, capsys):
+    runner = load(bundle[1] / "run_benchmark.py", "exported_runner")
+    with pytest.raises(SystemExit) as ended:
+        runner.main(["--out", str(tmp_path / "results" / "times.csv")])
+    assert ended.value.code == 2
+    assert f"expected a directory that exists, got {tmp_path / 'results'}" in capsys.readouterr().err
     assert ros.launched == []
 
 
