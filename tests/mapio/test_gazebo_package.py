@@ -116,6 +116,7 @@ def test_the_readme_names_where_packages_come_from(package):
     text = (folder / "README.md").read_text()
     assert "packages.ros.org" in text
     assert ("packages.osrfoundation.org" in text) is (release == "humble")
+    assert ("a time may be off by 0.1 s" in text) is (release == "humble")  # DEFAULT_PUBLISH_FREQUENCY of gazebo_ros
     installed = set(re.findall(r"\bros-[a-z]+-[a-z0-9-]+", text))
     assert installed
     assert all(name.startswith(f"ros-{release}-") for name in installed)
