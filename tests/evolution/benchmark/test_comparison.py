@@ -66,6 +66,17 @@ def test_changed_order_is_said():
     assert compare(ours, theirs).order_kept == {"a": False, "b": False}
 
 
+def test_an_error_is_no_run_and_its_map_has_no_rank(files):
+    """An interrupted benchmark leaves a map with fewer controllers, whose Gini score means something else."""
+    sample = SAMPLE.replace("map_2,rpp,0,goal,20.0", "map_2,rpp,0,error,0.0") + "\nmap_2,dwb,1,error,900.0,1.0\n"
+    (files / "results.csv").write_text(sample)
+    theirs = times_of_results(read_runner_results(files / "results.csv"))
+    assert theirs["map_2", "dwb"] == (40.0,)
+    comparison = compare(our_times(read_bench(files / "bench.json")), theirs)
+    assert "map_2/rpp: not in the results" in comparison.missing
+    assert comparison.order_kept == {"map_1": True}
+
+
 def test_nothing_in_common_is_refused():
     with pytest.raises(MapFormatError, match="expected maps"):
         compare({("a", "x"): (1.0,)}, {("b", "x"): (1.0,)})
