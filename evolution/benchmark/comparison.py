@@ -77,6 +77,18 @@ def compare(ours: Times, theirs: Times) -> Comparison:
     )
 
 
+def check_maps(ours: LoadedRun | Benchmark, results: Iterable[RunnerResult]) -> None:
+    """Refuse results on a map that has only the name in common with one of ours.
+
+    Raises:
+        MapFormatError: Naming the map.
+    """
+    digests = ours.digests if isinstance(ours, Benchmark) else {one.name: one.digest for one in ours.best}
+    for name, digest in sorted({(result.map, result.digest) for result in results if result.digest}):
+        if digests.get(name, digest) != digest:
+            raise MapFormatError(f"results: expected the map {name} of ours, got one with other walls, start or goal")
+
+
 def times_of_results(results: Iterable[RunnerResult]) -> Times:
     """Return the times of a runner's CSV; a controller that never succeeded on a map has none.
 

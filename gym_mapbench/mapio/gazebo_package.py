@@ -79,7 +79,10 @@ class RosPackage:
         """Return the values that the launch file and the runner read."""
         x, y, z, yaw = self.model.lidar_pose
         return {
-            "maps": [{"name": s.name, "start": list(s.start), "goal": list(s.goal)} for s in self.scenarios],
+            "maps": [
+                {"name": s.name, "start": list(s.start), "goal": list(s.goal), "digest": s.digest}
+                for s in self.scenarios
+            ],
             "controllers": list(self.navigation.controllers),
             "time_limit": self.time_limit,
             "behavior_server": self.navigation.behaves,

@@ -99,6 +99,7 @@ def test_the_runner_drives_everything_and_its_file_is_read_back(bundle, ros, tmp
     assert {(result.controller, result.outcome) for result in results} == {("dwb", "goal"), ("mppi", "aborted")}
     assert all(result.time == pytest.approx(12.0, abs=0.11) for result in results if result.success)
     assert {result.contacts for result in results} == {2}
+    assert {(result.map, result.digest) for result in results} == {(map_.name, map_.digest) for map_ in maps}
     simulator = simulator_of(bundle)
     launch = ["ros2", "launch", "mapbench_bundle", "benchmark.launch.py"]
     arguments = [f"simulator:={simulator}", "headless:=true"]
@@ -300,6 +301,15 @@ def test_bad_results(tmp_path, text, words):
     (tmp_path / "times.csv").write_text(text)
     with pytest.raises(MapFormatError, match=words):
         read_runner_results(tmp_path / "times.csv")
+
+
+def test_runs_on_other_maps_are_not_continued(bundle, ros, tmp_path, capsys):
+    (tmp_path / "times.csv").write_text(HEAD + "map_0,dwb,0,goal,1,2,3,of another package\n")
+    runner = load(bundle[1] / "run_benchmark.py", "exported_runner")
+    assert runner.main(["--out", str(tmp_path / "times.csv"), "--resume"]) == 2
+    assert "expected runs on the maps of this package, got other maps named map_0" in capsys.readouterr().err
+    assert "another package" in (tmp_path / "times.csv").read_text()
+    assert ros.launched == []
 
 
 def test_results_of_older_runners_have_no_contacts(tmp_path):

@@ -60,6 +60,18 @@ def test_sample_by_hand(files):
     assert comparison.missing == ("map_5/rpp: not in the results", "map_4/mppi: no run of ours")
 
 
+def test_results_on_another_map_of_the_same_name_are_refused(files, capsys):
+    head, *rows = SAMPLE.splitlines()
+    digests = {row.partition(",")[0]: f"digest of {row.partition(',')[0]}" for row in rows}
+    written = [f"{row},{digests[row.partition(',')[0]]}" for row in rows]
+    (files / "results.csv").write_text("\n".join([f"{head},digest", *written]))
+    argv = ["import-results", str(files / "results.csv"), "--ours", str(files / "bench.json")]
+    for maps, code in (({}, 0), (digests, 0), ({**digests, "map_2": "another"}, 2)):
+        (files / "bench.json").write_text(json.dumps({"maps": maps, **OURS}))
+        assert main(argv) == code
+    assert "expected the map map_2 of ours, got one with other walls, start or goal" in capsys.readouterr().err
+
+
 def test_changed_order_is_said():
     ours = {("a", "x"): (10.0,), ("a", "y"): (10.0,), ("b", "x"): (10.0,), ("b", "y"): (20.0,)}
     theirs = {("a", "x"): (10.0,), ("a", "y"): (40.0,), ("b", "x"): (10.0,), ("b", "y"): (20.0,)}
