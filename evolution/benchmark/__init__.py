@@ -18,7 +18,7 @@ from evolution.benchmark.barn import (
     refuse_ruled,
     score_runs,
 )
-from evolution.benchmark.comparison import Comparison, compare, our_times, times_of_results
+from evolution.benchmark.comparison import Comparison, check_maps, compare, our_times, times_of_results
 from evolution.benchmark.comparison_verdict import differences_in_words, verdict_of_comparison, verdict_of_pairs
 from evolution.benchmark.configurations import (
     Configuration,
@@ -71,6 +71,7 @@ __all__ = [
     "benchmark_document",
     "broken",
     "check_configurations",
+    "check_maps",
     "compare",
     "compare_paired",
     "compare_rows",

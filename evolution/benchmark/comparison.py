@@ -77,9 +77,25 @@ def compare(ours: Times, theirs: Times) -> Comparison:
     )
 
 
+def check_maps(ours: LoadedRun | Benchmark, results: Iterable[RunnerResult]) -> None:
+    """Refuse results on a map that has only the name in common with one of ours.
+
+    Raises:
+        MapFormatError: Naming the map.
+    """
+    digests = ours.digests if isinstance(ours, Benchmark) else {one.name: one.digest for one in ours.best}
+    for name, digest in sorted({(result.map, result.digest) for result in results if result.digest}):
+        if digests.get(name, digest) != digest:
+            raise MapFormatError(f"results: expected the map {name} of ours, got one with other walls, start or goal")
+
+
 def times_of_results(results: Iterable[RunnerResult]) -> Times:
-    """Return the times of a runner's CSV; a controller that never succeeded on a map has none."""
-    return _collected((one.map, one.controller, one.success, one.time) for one in results)
+    """Return the times of a runner's CSV; a controller that never succeeded on a map has none.
+
+    An ``error`` is no run: Gazebo or Nav2 was not ready, or too slow for the runner's wall clock.
+    """
+    driven = (one for one in results if one.outcome != "error")
+    return _collected((one.map, one.controller, one.success, one.time) for one in driven)
 
 
 def our_times(results: LoadedRun | Benchmark) -> Times:
@@ -116,7 +132,9 @@ def _collected(rows: Iterable[tuple[str, str, bool, float]]) -> Times:
 
 def _order_kept(pairs: Sequence[Pair]) -> dict[str, bool]:
     names = list(dict.fromkeys(pair.map for pair in pairs))
-    solved = [name for name in names if all(_finite(pair) for pair in pairs if pair.map == name)]
+    controllers = {pair.controller for pair in pairs}
+    timed = {(pair.map, pair.controller) for pair in pairs if _finite(pair)}
+    solved = [name for name in names if all((name, controller) in timed for controller in controllers)]
     ours, theirs = (_places(pairs, solved, side) for side in (lambda pair: pair.ours, lambda pair: pair.theirs))
     return {name: ours[name] == theirs[name] for name in solved}
 

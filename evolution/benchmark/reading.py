@@ -2,8 +2,10 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from contextlib import nullcontext
 from pathlib import Path
+from typing import Any
 
 from pydantic import FiniteFloat
 
@@ -54,9 +56,17 @@ def _read(path: Path) -> Benchmark | ParameterComparison:
         raise RunError(f"{path}: expected the runs of a benchmark, got {type(rows).__name__}")
     if "parameters" not in document:
         check_rows(BenchRow, rows, path)
-        return Benchmark(tuple(rows))
+        return Benchmark(tuple(rows), digests=_digests(document, path))
     check_rows(ComparedRow, rows, path)
     parameters = document["parameters"]
     if not isinstance(parameters, list) or not all(isinstance(row, dict) and "key" in row for row in parameters):
         raise RunError(f"{path}: expected the parameters that differ, each with its key")
     return ParameterComparison(tuple(rows), tuple(parameters), bool(document.get("against_first")))
+
+
+def _digests(document: Mapping[str, Any], path: Path) -> Mapping[str, str]:
+    """Return the digests of the maps; none of a file that an earlier version wrote."""
+    digests = document.get("maps", {})
+    if not isinstance(digests, dict) or not all(isinstance(value, str) for value in digests.values()):
+        raise RunError(f"{path}: maps: expected the digest of each map by name")
+    return digests

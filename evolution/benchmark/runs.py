@@ -6,8 +6,8 @@ import json
 import math
 from abc import abstractmethod
 from collections import Counter
-from collections.abc import Sequence
-from dataclasses import dataclass
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field
 from pathlib import Path
 
 import numpy as np
@@ -57,6 +57,7 @@ class Benchmark(BenchResult):
             of that run; else None.
         scenarios: The scenarios; empty if the benchmark was read from a file.
         plan: Controllers, world, seed and repeats; None if the benchmark was read from a file.
+        digests: Digests of the maps with start and goal, by name; empty if the file has none.
     """
 
     rows: tuple[Row, ...]
@@ -64,6 +65,7 @@ class Benchmark(BenchResult):
     reevaluation: Reevaluation | None = None
     scenarios: tuple[Scenario, ...] = ()
     plan: JobPlan | None = None
+    digests: Mapping[str, str] = field(default_factory=dict)
 
     def table(self, name: str = "summary") -> Table:
         """Return a table.
@@ -92,8 +94,8 @@ class Benchmark(BenchResult):
         return [f"{name}/{controller}: {reason or outcome}" for (name, controller, outcome), reason in found.items()]
 
     def to_json(self) -> str:
-        """Return one JSON object as text: ``runs``, and ``map_set`` if there is a re-evaluation."""
-        document: Row = {"runs": list(self.rows)}
+        """Return one JSON object as text: ``maps``, ``runs``, and ``map_set`` if there is a re-evaluation."""
+        document: Row = {"maps": dict(self.digests), "runs": list(self.rows)}
         if self.reevaluation is not None:
             fitness = [one.fitness for one in self.reevaluation.trials]
             orders = list(self.reevaluation.ranks_kept)
@@ -116,6 +118,7 @@ def bench(scenarios: Sequence[Scenario], plan: JobPlan, evaluator: Evaluator, on
         plan.metrics,
         scenarios=tuple(scenarios),
         plan=plan,
+        digests={scenario.name: scenario.digest for scenario in scenarios},
     )
 
 

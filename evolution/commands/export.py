@@ -121,7 +121,7 @@ def _renamed(server: Mapping[str, Any], settings: DriveSettings, specs: tuple[Co
     kept = {key: value for key, value in server.items() if key not in named}
     for spec in specs:
         plugin = settings.navigation.controller(spec.registered_name)
-        source = next(name for name, one in named.items() if one is plugin)
+        source = next((name for name, one in named.items() if one is plugin), "")
         kept |= {spec.name: server[source]} if source in server else {}
     return kept
 

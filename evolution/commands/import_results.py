@@ -8,7 +8,7 @@ from dataclasses import asdict
 
 from rich.table import Table
 
-from evolution.benchmark import Benchmark, Comparison, compare, our_times, times_of_results
+from evolution.benchmark import Benchmark, Comparison, check_maps, compare, our_times, times_of_results
 from evolution.commands import options
 from evolution.commands.console import console, print_json
 from evolution.files import counted
@@ -38,7 +38,9 @@ def add_parser(subparsers: argparse._SubParsersAction[argparse.ArgumentParser]) 
 def run(args: argparse.Namespace) -> int:
     """Compare and print."""
     results = read_runner_results(args.csv)
-    comparison = compare(our_times(_ours(args.ours)), times_of_results(results))
+    ours = _ours(args.ours)
+    check_maps(ours, results)
+    comparison = compare(our_times(ours), times_of_results(results))
     touched = sum(bool(result.contacts) for result in results)
     if args.format == "json":
         print_json({**_document(comparison), "touched": touched})

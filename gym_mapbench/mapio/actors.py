@@ -73,10 +73,14 @@ def check_actors(scenarios: Iterable[Scenario], robot: RobotSpec) -> None:
 
 
 def round_of(body: Body) -> tuple[Waypoint, ...]:
-    """Return one round of a scripted walk from its place at time 0: two waypoints, before and after, at each corner."""
+    """Return one round of a scripted walk from its place at time 0: two waypoints, before and after, at each corner.
+
+    A corner at the end of the round has the waypoint before it and the end itself.
+    """
     walk = body.motion.motion
     assert isinstance(walk, Scripted)
     corners = walk.corner_times
     within = corners[(corners > TURN) & (corners < walk.period - TURN)]
-    times = np.concatenate([[0.0], *((time - TURN / 2, time + TURN / 2) for time in within), [walk.period]])
+    turns = ((time - TURN / 2, time + TURN / 2) for time in within)
+    times = np.concatenate([[0.0], *turns, [walk.period - TURN / 2, walk.period]])
     return tuple(Waypoint(*values) for values in np.column_stack([times, walk.at(times)]).tolist())

@@ -16,6 +16,8 @@ from gym_mapbench.releases import Release
 
 FILTER_SERVERS = ("filter_info_server", "filter_mask_server")
 """Ends of the names of the servers of costmap filters."""
+CONTROLLER_PACKAGES = ("nav2_mppi_controller", "nav2_graceful_controller")
+"""Packages of controllers that not every release's package ``navigation2`` brings."""
 
 
 @dataclass(frozen=True)
@@ -65,6 +67,12 @@ class BundledNavigation:
     def monitors(self) -> bool:
         """Whether the collision monitor stands in front of the base."""
         return "collision_monitor" in self.params
+
+    @property
+    def packages(self) -> tuple[str, ...]:
+        """Packages of the compared controllers that are installed besides ``navigation2``."""
+        written = json.dumps(self.params["controller_server"])
+        return tuple(name for name in CONTROLLER_PACKAGES if f'"{name}::' in written)
 
     @property
     def filter_servers(self) -> dict[str, str | None]:

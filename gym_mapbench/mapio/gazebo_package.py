@@ -13,6 +13,7 @@ from gym_mapbench.mapio.output import Files
 from gym_mapbench.mapio.rendering import render
 from gym_mapbench.mapio.runner_results import COLUMNS
 from gym_mapbench.releases import Release
+from gym_mapbench.world.robot import ROBOTS
 from gym_mapbench.world.scenario import Scenario
 
 SIMULATORS: dict[Release, tuple[str, ...]] = {"humble": ("classic", "gz"), "jazzy": ("gz",), "lyrical": ("gz",)}
@@ -62,6 +63,7 @@ class RosPackage:
             "package": self.package,
             "release": self.navigation.release,
             "simulators": self.simulators,
+            "controller_packages": self.navigation.packages,
             "maps": [scenario.name for scenario in self.scenarios],
         }
         return {
@@ -77,7 +79,10 @@ class RosPackage:
         """Return the values that the launch file and the runner read."""
         x, y, z, yaw = self.model.lidar_pose
         return {
-            "maps": [{"name": s.name, "start": list(s.start), "goal": list(s.goal)} for s in self.scenarios],
+            "maps": [
+                {"name": s.name, "start": list(s.start), "goal": list(s.goal), "digest": s.digest}
+                for s in self.scenarios
+            ],
             "controllers": list(self.navigation.controllers),
             "time_limit": self.time_limit,
             "behavior_server": self.navigation.behaves,
@@ -88,11 +93,14 @@ class RosPackage:
         }
 
     def _readme(self, values: dict[str, object]) -> str:
+        robot = self.model.spec.name
         return render(
             "README.md.j2",
             controllers=list(self.navigation.controllers),
             columns=COLUMNS,
-            robot=self.model.spec.name,
+            robot=robot,
+            # Without it, the robot has the limits of the parameter file, which may be higher than its own.
+            robot_option=f"--robot {robot} " if robot in ROBOTS.names() else "",
             outline=self.model.describe(),
             people=any(scenario.bodies for scenario in self.scenarios),
             wall_height=self.wall_height,

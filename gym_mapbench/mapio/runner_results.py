@@ -10,8 +10,8 @@ from typing import NamedTuple
 from gym_mapbench.errors import MapFormatError
 from gym_mapbench.mapio.source import as_number, read_text, short
 
-COLUMNS = ("map", "controller", "repeat", "outcome", "time_s", "path_length_m", "contacts")
-ADDED_LATER = ("contacts",)
+COLUMNS = ("map", "controller", "repeat", "outcome", "time_s", "path_length_m", "contacts", "digest")
+ADDED_LATER = ("contacts", "digest")
 """Columns that the runners of older packages did not write."""
 RUNNER_OUTCOMES = ("goal", "aborted", "timeout", "error")
 MAX_RESULTS_BYTES = 50_000_000
@@ -20,7 +20,8 @@ MAX_RESULTS_BYTES = 50_000_000
 class RunnerResult(NamedTuple):
     """One run as the runner measured it: simulated seconds, path length in m; ``aborted`` means that Nav2 gave up.
 
-    ``contacts`` is how often the robot touched something; None where it was not counted.
+    ``contacts`` is how often the robot touched something; None where it was not counted. ``digest`` is that of the map
+    with start and goal; empty where it was not written.
     """
 
     map: str
@@ -30,6 +31,7 @@ class RunnerResult(NamedTuple):
     time: float
     path_length: float
     contacts: int | None = None
+    digest: str = ""
 
     @property
     def success(self) -> bool:
@@ -66,4 +68,5 @@ def _parse(row: dict[str, str], where: str) -> RunnerResult:
     if min(repeat, time, length, contacts or 0) < 0:
         raise MapFormatError(f"{where}: expected repeat, time_s, path_length_m and contacts of 0 or more")
     counted = None if contacts is None else int(contacts)
-    return RunnerResult(row["map"], row["controller"], int(repeat), row["outcome"], time, length, counted)
+    digest = row.get("digest", "")
+    return RunnerResult(row["map"], row["controller"], int(repeat), row["outcome"], time, length, counted, digest)

@@ -10,6 +10,10 @@ from types import ModuleType, SimpleNamespace
 SUCCEEDED, ABORTED = 4, 6
 
 
+class Shutdown(Exception):
+    """What spinning raises after SIGTERM."""
+
+
 class World:
     """What the simulator would do: time goes on with every spin, the robot is where it was put, goals take a while."""
 
@@ -21,12 +25,13 @@ class World:
         self.cancelled = 0
         self.listeners = {"odom": [], "contacts": []}
         self.launched = []
+        self.launch = ["sleep", "60"]  # what stands for the launch file
         self.stuck = set()  # numbers of the teleports after which the robot stays where it is
         self.teleports = 0
         self.touches = []  # simulated times at which the chassis touches a wall, counted from each goal
         self.goal_time = math.inf
         self.ready = True
-        self.interrupt_after = math.inf
+        self.interrupt_after, self.interrupt = math.inf, KeyboardInterrupt
         self.ending = {"dwb": (SUCCEEDED, 12.0), "mppi": (ABORTED, 20.0)}
 
     def spin(self):
@@ -42,7 +47,7 @@ class World:
         for listener in self.listeners["contacts"]:
             listener(SimpleNamespace(states=touching, contacts=touching))
         if len(self.goals) >= self.interrupt_after:
-            raise KeyboardInterrupt
+            raise self.interrupt
 
 
 def empty_twist():

@@ -56,10 +56,11 @@ def test_actors_walk_as_the_people_do(phase, loop, speed, times):
 
 def test_an_actor_turns_at_a_waypoint():
     points = round_of(walker(0.5))
-    assert [round(point.time, 3) for point in points] == [0.0, 3.995, 4.005, 6.995, 7.005, 9.995, 10.005, 14.0]
+    assert [round(point.time, 3) for point in points] == [0.0, 3.995, 4.005, 6.995, 7.005, 9.995, 10.005, 13.995, 14.0]
     assert points[0][1:] == (0.5, 1.0, pytest.approx(np.pi / 2))
     assert points[2].yaw == pytest.approx(0.0)
     assert points[-1][1:3] == pytest.approx(points[0][1:3])
+    assert points[-2].yaw == points[-3].yaw == pytest.approx(-np.pi / 2)  # no slow turn on the way back
 
 
 def test_the_world_of_gz_sim_holds_one_actor_for_each_person_and_that_of_classic_none():

@@ -10,7 +10,7 @@ from xml.etree import ElementTree
 import pytest
 
 from gym_mapbench.mapio.gazebo import export_gazebo
-from tests.mapio.test_gazebo import OPTIONS, navigation, thesis_scenario
+from tests.mapio.test_gazebo import OPTIONS, PARAMS, navigation, thesis_scenario
 
 
 @pytest.fixture(scope="module", params=["humble", "jazzy", "lyrical"])
@@ -32,6 +32,28 @@ def test_the_package_has_a_manifest(package):
     assert {"navigation2", "nav2_msgs", "rclpy", "launch_ros"} <= needed
     assert ({"gazebo_ros", "gazebo_plugins", "gazebo_msgs"} <= needed) is (release == "humble")
     assert ({"ros_gz_sim", "ros_gz_bridge", "ros_gz_interfaces"} <= needed) is (release != "humble")
+
+
+def test_controllers_in_packages_of_their_own_are_installed(tmp_path):
+    plugins = {"mppi": "nav2_mppi_controller::MPPIController", "dwb": "dwb_core::DWBLocalPlanner"}
+    shim = "nav2_rotation_shim_controller::RotationShimController"
+    graceful = {"plugin": shim, "primary_controller": "nav2_graceful_controller::GracefulController"}
+    for number, (controllers, expected) in enumerate(
+        [
+            ({"dwb": {"plugin": plugins["dwb"]}}, set()),
+            ({"mppi": {"plugin": plugins["mppi"]}, "turns": graceful}, {"mppi", "graceful"}),
+        ]
+    ):
+        server = {"controller_plugins": list(controllers), **controllers}
+        params = {**PARAMS, "controller_server": {"ros__parameters": server}}
+        given = navigation(params=params, controllers=list(controllers), release="jazzy")
+        folder = tmp_path / str(number)
+        export_gazebo([thesis_scenario(1, "m")], folder, **(OPTIONS | {"navigation": given}))
+        needed = {node.text for node in ElementTree.parse(folder / "package.xml").getroot().iter("exec_depend")}
+        text = (folder / "README.md").read_text()
+        for name in ("mppi", "graceful"):
+            assert (f"nav2_{name}_controller" in needed) is (name in expected)
+            assert (f" ros-jazzy-nav2-{name}-controller " in text) is (name in expected)
 
 
 def test_the_manifest_is_as_ros_wants_it(package):
@@ -94,7 +116,9 @@ def test_the_readme_names_where_packages_come_from(package):
     text = (folder / "README.md").read_text()
     assert "packages.ros.org" in text
     assert ("packages.osrfoundation.org" in text) is (release == "humble")
+    assert ("a time may be off by 0.1 s" in text) is (release == "humble")  # DEFAULT_PUBLISH_FREQUENCY of gazebo_ros
     installed = set(re.findall(r"\bros-[a-z]+-[a-z0-9-]+", text))
     assert installed
     assert all(name.startswith(f"ros-{release}-") for name in installed)
     assert "ros2 run mapbench_my_maps_2 run_benchmark.py" in text
+    assert "bench MAPS --params nav2_params.yaml --robot turtlebot3_waffle --noise none --contact slides" in text

@@ -24,6 +24,7 @@ def load_launch(monkeypatch, folder, simulator="gz", headless="true"):
             "DeclareLaunchArgument": lambda name, **fields: (name, fields),
             "ExecuteProcess": SimpleNamespace,
             "OpaqueFunction": SimpleNamespace,
+            "Shutdown": lambda: "the launch ends",
         },
         launch__substitutions={
             "LaunchConfiguration": lambda key: SimpleNamespace(perform=lambda context: arguments[key])
@@ -51,6 +52,7 @@ def test_the_launch_file_starts_simulator_robot_and_nav2(bundle, monkeypatch, si
     world = folder / "worlds" / ("map_1.world" if simulator == "classic" else "map_1.sdf")
     assert str(world) in first
     assert str(folder / "models") in next(iter(started[0].additional_env.values()))
+    assert started[0].on_exit == "the launch ends"
     nodes = {vars(item).get("name", item.executable): item for item in started if hasattr(item, "executable")}
     assert {"map_server", "planner_server", "controller_server", "behavior_server", "bt_navigator"} <= set(nodes)
     assert nodes["lifecycle_manager"].parameters[0]["node_names"][-1] == "velocity_smoother"
@@ -65,6 +67,7 @@ def test_the_launch_file_starts_simulator_robot_and_nav2(bundle, monkeypatch, si
         assert not any("map_1" in argument for argument in nodes["parameter_bridge"].arguments)
     spawn = nodes["spawn_entity.py" if simulator == "classic" else "create"]
     assert spawn.arguments[-8::2] == ["-x", "-y", "-z", "-Y"]
+    assert "-world" not in spawn.arguments  # with it, Humble's `create` waits 5 s for Gazebo and no longer
     x, y, yaw = maps[1].start
     assert [float(value) for value in spawn.arguments[-7::2]] == pytest.approx([x, y, 0.01, yaw])
 

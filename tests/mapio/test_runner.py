@@ -6,6 +6,8 @@ import math
 import re
 import signal
 import subprocess
+import sys
+import time
 from functools import partial
 from types import SimpleNamespace
 
@@ -17,6 +19,7 @@ from tests.mapio.fake_ros import (
     SUCCEEDED,
     Action,
     Service,
+    Shutdown,
     World,
     empty_twist,
     fake_node,
@@ -43,6 +46,7 @@ def ros(monkeypatch, bundle):
         rclpy={"init": lambda: None, "try_shutdown": lambda: None, "spin_once": lambda node, timeout_sec: world.spin()},
         rclpy__qos={"qos_profile_sensor_data": None},
         rclpy__action={"ActionClient": lambda node, kind, name: Action(world)},
+        rclpy__executors={"ExternalShutdownException": Shutdown},
         rclpy__node={"Node": fake_node(world)},
         rclpy__parameter={"Parameter": lambda name, value: (name, value)},
         action_msgs={},
@@ -78,7 +82,7 @@ def ros(monkeypatch, bundle):
         world.launched.append(command)
         # A shell ignores SIGINT for what it starts in the background, and children inherit that.
         heed = partial(signal.signal, signal.SIGINT, signal.SIG_DFL)
-        return start(["sleep", "60"], start_new_session=start_new_session, preexec_fn=heed)
+        return start(world.launch, start_new_session=start_new_session, preexec_fn=heed)
 
     monkeypatch.setattr(subprocess, "Popen", launch)
     return world
@@ -95,6 +99,7 @@ def test_the_runner_drives_everything_and_its_file_is_read_back(bundle, ros, tmp
     assert {(result.controller, result.outcome) for result in results} == {("dwb", "goal"), ("mppi", "aborted")}
     assert all(result.time == pytest.approx(12.0, abs=0.11) for result in results if result.success)
     assert {result.contacts for result in results} == {2}
+    assert {(result.map, result.digest) for result in results} == {(map_.name, map_.digest) for map_ in maps}
     simulator = simulator_of(bundle)
     launch = ["ros2", "launch", "mapbench_bundle", "benchmark.launch.py"]
     arguments = [f"simulator:={simulator}", "headless:=true"]
@@ -134,7 +139,7 @@ ALL = [
 
 def test_one_failed_teleport_costs_one_run(bundle, ros, tmp_path, monkeypatch, capsys):
     runner = load(bundle[1] / "run_benchmark.py", "exported_runner")
-    monkeypatch.setattr(runner, "time", SimpleNamespace(monotonic=lambda: ros.time))
+    monkeypatch.setattr(runner, "time", SimpleNamespace(monotonic=lambda: ros.time, sleep=time.sleep))
     ros.stuck = {2}
     out = tmp_path / "times.csv"
     assert runner.main(["--out", str(out)]) == 0
@@ -146,13 +151,14 @@ def test_one_failed_teleport_costs_one_run(bundle, ros, tmp_path, monkeypatch, c
     assert len(ros.goals) == 4
 
 
+@pytest.mark.parametrize("signalled", [KeyboardInterrupt, Shutdown])
 @pytest.mark.parametrize("driven", [1, 2, 3])
-def test_an_interrupted_benchmark_goes_on(bundle, ros, tmp_path, driven):
+def test_an_interrupted_benchmark_goes_on(bundle, ros, tmp_path, capsys, driven, signalled):
     runner = load(bundle[1] / "run_benchmark.py", "exported_runner")
     out = tmp_path / "times.csv"
-    ros.interrupt_after = driven
-    with pytest.raises(KeyboardInterrupt):
-        runner.main(["--out", str(out)])
+    ros.interrupt_after, ros.interrupt = driven, signalled
+    assert runner.main(["--out", str(out)]) == 130
+    assert capsys.readouterr().err == "interrupted; --resume drives what is left\n"
     assert runs_in(out) == ALL[: driven - 1]
     with out.open("a") as file:
         file.write("map_1,mp")  # a line that was not written to its end
@@ -167,13 +173,69 @@ def test_an_interrupted_benchmark_goes_on(bundle, ros, tmp_path, driven):
 
 def test_a_map_that_does_not_start_leaves_the_others(bundle, ros, tmp_path, monkeypatch, capsys):
     runner = load(bundle[1] / "run_benchmark.py", "exported_runner")
-    monkeypatch.setattr(runner, "time", SimpleNamespace(monotonic=lambda: ros.time))
+    monkeypatch.setattr(runner, "time", SimpleNamespace(monotonic=lambda: ros.time, sleep=time.sleep))
     ros.ready = False
     assert runner.main(["--out", str(tmp_path / "times.csv")]) == 1
     assert "not driven to the end: map_0, map_1; --resume tries again" in capsys.readouterr().err
     assert runs_in(tmp_path / "times.csv") == []
     assert len(ros.launched) == 2
     assert ros.time == pytest.approx(2 * runner.START_TIMEOUT, abs=5.0)
+
+
+def test_a_simulator_that_ends_costs_its_map_and_no_waiting(bundle, ros, tmp_path, monkeypatch, capsys):
+    """The launch ends with its simulator; then no result will come, and no later run can begin."""
+    runner = load(bundle[1] / "run_benchmark.py", "exported_runner")
+    monkeypatch.setattr(runner, "time", SimpleNamespace(monotonic=lambda: ros.time, sleep=time.sleep))
+    ros.launch, start = ["true"], subprocess.Popen
+
+    def start_and_end(command, start_new_session):
+        process = start(command, start_new_session)
+        process.wait()
+        return process
+
+    monkeypatch.setattr(subprocess, "Popen", start_and_end)
+    out = tmp_path / "times.csv"
+    assert runner.main(["--out", str(out)]) == 1
+    assert "map_0: the simulator or the launch file has ended" in capsys.readouterr().err
+    assert runs_in(out) == []
+    assert ros.time < 2 * runner.START_TIMEOUT
+
+
+def test_a_launch_is_ended_whatever_happens_to_the_runner(bundle, ros, tmp_path, monkeypatch):
+    runner = load(bundle[1] / "run_benchmark.py", "exported_runner")
+    monkeypatch.setattr(runner, "Runner", lambda *_: 1 / 0)
+    ended, stop = [], runner.stop
+    monkeypatch.setattr(runner, "stop", lambda process: ended.append(process) or stop(process))
+    with pytest.raises(ZeroDivisionError):
+        runner.main(["--out", str(tmp_path / "times.csv")])
+    assert [process.poll() for process in ended] == [-signal.SIGINT]
+
+
+def test_what_outlives_the_launch_is_ended_too(bundle, ros, tmp_path, monkeypatch):
+    """A simulator that is left would be there, with its walls, when the next map starts."""
+    runner = load(bundle[1] / "run_benchmark.py", "exported_runner")
+    monkeypatch.setattr(runner, "time", SimpleNamespace(sleep=lambda seconds: time.sleep(seconds / 100)))
+    beat = tmp_path / "beat"
+    left = f"trap '' INT; while true; do echo >> {beat}; sleep 0.01; done"
+    ros.launch = ["sh", "-c", f'sh -c "{left}" & wait']
+    process = subprocess.Popen([], start_new_session=True)
+    while not beat.exists():
+        time.sleep(0.01)
+    runner.stop(process)
+    size = beat.stat().st_size
+    time.sleep(0.1)
+    assert beat.stat().st_size == size
+
+
+def test_a_missing_package_is_said_before_anything_starts(bundle, ros, tmp_path, monkeypatch, capsys):
+    for name in ("gazebo_msgs.msg", "ros_gz_interfaces.msg"):
+        monkeypatch.setitem(sys.modules, name, None)
+    runner = load(bundle[1] / "run_benchmark.py", "exported_runner")
+    with pytest.raises(SystemExit) as ended:
+        runner.main(["--out", str(tmp_path / "times.csv")])
+    assert ended.value.code == 2
+    assert "README.md names the packages to install" in capsys.readouterr().err
+    assert (ros.launched, list(tmp_path.iterdir())) == ([], [])
 
 
 @pytest.mark.parametrize(
@@ -194,6 +256,15 @@ def test_what_the_runner_refuses(bundle, ros, tmp_path, capsys, arguments, text,
     assert ended.value.code == 2
     assert words in capsys.readouterr().err
     assert (out.read_text() if out.exists() else None) == text
+    assert ros.launched == []
+
+
+def test_a_directory_that_does_not_exist_is_refused(bundle, ros, tmp_path, capsys):
+    runner = load(bundle[1] / "run_benchmark.py", "exported_runner")
+    with pytest.raises(SystemExit) as ended:
+        runner.main(["--out", str(tmp_path / "results" / "times.csv")])
+    assert ended.value.code == 2
+    assert f"expected a directory that exists, got {tmp_path / 'results'}" in capsys.readouterr().err
     assert ros.launched == []
 
 
@@ -230,6 +301,15 @@ def test_bad_results(tmp_path, text, words):
     (tmp_path / "times.csv").write_text(text)
     with pytest.raises(MapFormatError, match=words):
         read_runner_results(tmp_path / "times.csv")
+
+
+def test_runs_on_other_maps_are_not_continued(bundle, ros, tmp_path, capsys):
+    (tmp_path / "times.csv").write_text(HEAD + "map_0,dwb,0,goal,1,2,3,of another package\n")
+    runner = load(bundle[1] / "run_benchmark.py", "exported_runner")
+    assert runner.main(["--out", str(tmp_path / "times.csv"), "--resume"]) == 2
+    assert "expected runs on the maps of this package, got other maps named map_0" in capsys.readouterr().err
+    assert "another package" in (tmp_path / "times.csv").read_text()
+    assert ros.launched == []
 
 
 def test_results_of_older_runners_have_no_contacts(tmp_path):

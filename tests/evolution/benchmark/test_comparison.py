@@ -60,10 +60,33 @@ def test_sample_by_hand(files):
     assert comparison.missing == ("map_5/rpp: not in the results", "map_4/mppi: no run of ours")
 
 
+def test_results_on_another_map_of_the_same_name_are_refused(files, capsys):
+    head, *rows = SAMPLE.splitlines()
+    digests = {row.partition(",")[0]: f"digest of {row.partition(',')[0]}" for row in rows}
+    written = [f"{row},{digests[row.partition(',')[0]]}" for row in rows]
+    (files / "results.csv").write_text("\n".join([f"{head},digest", *written]))
+    argv = ["import-results", str(files / "results.csv"), "--ours", str(files / "bench.json")]
+    for maps, code in (({}, 0), (digests, 0), ({**digests, "map_2": "another"}, 2)):
+        (files / "bench.json").write_text(json.dumps({"maps": maps, **OURS}))
+        assert main(argv) == code
+    assert "expected the map map_2 of ours, got one with other walls, start or goal" in capsys.readouterr().err
+
+
 def test_changed_order_is_said():
     ours = {("a", "x"): (10.0,), ("a", "y"): (10.0,), ("b", "x"): (10.0,), ("b", "y"): (20.0,)}
     theirs = {("a", "x"): (10.0,), ("a", "y"): (40.0,), ("b", "x"): (10.0,), ("b", "y"): (20.0,)}
     assert compare(ours, theirs).order_kept == {"a": False, "b": False}
+
+
+def test_an_error_is_no_run_and_its_map_has_no_rank(files):
+    """An interrupted benchmark leaves a map with fewer controllers, whose Gini score means something else."""
+    sample = SAMPLE.replace("map_2,rpp,0,goal,20.0", "map_2,rpp,0,error,0.0") + "\nmap_2,dwb,1,error,900.0,1.0\n"
+    (files / "results.csv").write_text(sample)
+    theirs = times_of_results(read_runner_results(files / "results.csv"))
+    assert theirs["map_2", "dwb"] == (40.0,)
+    comparison = compare(our_times(read_bench(files / "bench.json")), theirs)
+    assert "map_2/rpp: not in the results" in comparison.missing
+    assert comparison.order_kept == {"map_1": True}
 
 
 def test_nothing_in_common_is_refused():

@@ -62,6 +62,17 @@ def test_the_distribution_may_be_named_alone(tmp_path):
     assert not list((tmp_path / "bundle").rglob("*.world"))
 
 
+@pytest.mark.parametrize("release", ["humble", "jazzy", "lyrical"])
+def test_controllers_that_no_preset_has_are_exported(tmp_path, release):
+    names = ["dwb", "graceful", "shim_rpp"]
+    written = exported(tmp_path / "bundle", "--nav2", release, "--controllers", ",".join(names))
+    server = written["controller_server"]["ros__parameters"]
+    assert server["controller_plugins"] == names
+    assert server["graceful"]["plugin"] == "nav2_graceful_controller::GracefulController"
+    assert server["shim_rpp"]["plugin"] == "nav2_rotation_shim_controller::RotationShimController"
+    assert "nav2_graceful_controller" in (tmp_path / "bundle" / "package.xml").read_text()
+
+
 @pytest.mark.parametrize(("preset", "other"), [("fair", "jazzy_fair"), ("thesis", "jazzy")])
 def test_the_distribution_alone_keeps_the_limits_of_a_run(preset, other):
     recorded = DriveSettings.from_mapping(DriveSettings(navigation=preset).model_dump(mode="json"), "run")
