@@ -280,6 +280,9 @@ def critical_difference(table: ArrayLike) -> tuple[NDArray[np.float64], float]:
 def rank_correlation(first: ArrayLike, second: ArrayLike) -> tuple[float, float, float]:
     """Spearman's rho with an approximate interval by Fisher's transformation (Bonett and Wright 2000).
 
+    The transformation of 1 is infinite, which would be an interval without width: where all pairs agree, the interval
+    is that of lists in which two neighbours have changed places, and reaches up to 1.
+
     Returns:
         ``(rho, low, high)``; the interval is (-1, 1) for fewer than five pairs, all NaN for fewer than
         two or where one side does not vary.
@@ -295,8 +298,9 @@ def rank_correlation(first: ArrayLike, second: ArrayLike) -> tuple[float, float,
     if len(a) < 5:
         return rho, -1.0, 1.0
     spread = np.sqrt((1 + rho**2 / 2) / (len(a) - 3)) * stats.norm.ppf(TAILS[1])
-    middle = np.arctanh(np.clip(rho, -0.999999999, 0.999999999))
-    return rho, float(np.tanh(middle - spread)), float(np.tanh(middle + spread))
+    almost = 1.0 - 12.0 / (len(a) * (len(a) ** 2 - 1))
+    middle = np.arctanh(np.clip(rho, -almost, almost))
+    return rho, min(float(np.tanh(middle - spread)), rho), max(float(np.tanh(middle + spread)), rho)
 
 
 def _samples(groups: Mapping[str, ArrayLike]) -> list[NDArray[np.float64]]:

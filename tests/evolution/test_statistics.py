@@ -129,6 +129,14 @@ def test_rank_correlation():
     assert np.isnan(rank_correlation([1, 1], [1, 2])[0])
 
 
+def test_a_few_pairs_that_all_agree_leave_room_below():
+    swapped = rank_correlation(range(6), [1, 0, 2, 3, 4, 5])
+    for sign in (1, -1):
+        rho, *interval = rank_correlation(range(6), sign * np.arange(6))
+        assert rho == pytest.approx(sign)
+        assert sorted(abs(end) for end in interval) == pytest.approx([swapped[1], 1.0], abs=0.03)
+
+
 def test_bad_input_is_one_line():
     with pytest.raises(ConfigError, match="no value in 'b'"):
         kruskal_wallis({"a": [1.0], "b": []})

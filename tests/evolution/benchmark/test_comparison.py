@@ -137,7 +137,7 @@ def test_directory_of_a_benchmark(files, capsys):
 
 @pytest.mark.parametrize(
     ("count", "said"),
-    [(1, "none"), (3, "1.000 (too few pairs for an interval)"), (4, "too few"), (6, "95 % interval 1.000 to 1.000")],
+    [(1, "none"), (3, "1.000 (too few pairs for an interval)"), (4, "too few"), (6, "95 % interval 0.360 to 1.000")],
 )
 def test_interval_only_of_enough_pairs(count, said, files, capsys):
     ours, theirs = files / "ours.json", files / "theirs.csv"
