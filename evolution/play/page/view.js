@@ -27,11 +27,12 @@ export class View {
 
   addGround(layer) { this.ground.push(layer); }
 
+  /* Draws at once: a new size empties the canvas, and the frame would show it so. */
   resize() {
     const ratio = devicePixelRatio || 1;
     this.canvas.width = Math.round(this.canvas.clientWidth * ratio);
     this.canvas.height = Math.round(this.canvas.clientHeight * ratio);
-    this.paint();
+    this.draw();
   }
 
   colour(name) { return getComputedStyle(document.documentElement).getPropertyValue(`--${name}`).trim(); }

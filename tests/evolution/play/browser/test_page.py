@@ -229,10 +229,17 @@ WRITTEN = """
 window.texts = {};
 const draw = CanvasRenderingContext2D.prototype.fillText;
 CanvasRenderingContext2D.prototype.fillText = function (text, x, y) {
-  window.texts[text] = [x, y - 12, x + this.measureText(text).width, y];
+  window.texts[text] = [x, y - 12, x + this.measureText(text).width, y, this.canvas.width];
   draw.call(this, text, x, y);
 };
 document.getElementById("map").dispatchEvent(new PointerEvent("pointermove", {clientX: 100, clientY: 300}));
+"""
+
+
+# Whether all three texts stand where the canvas has the width that it has on the page.
+DRAWN = """
+const across = document.getElementById("map").clientWidth, widths = Object.values(window.texts).map((text) => text[4]);
+return widths.length === 3 && widths.every((width) => width === across);
 """
 
 
@@ -241,12 +248,12 @@ def test_labels_and_columns_are_whole(page, width):
     size = {"width": width, "height": 844, "deviceScaleFactor": 1, "mobile": False}
     page.execute_cdp_cmd("Emulation.setDeviceMetricsOverride", size)
     try:
+        until(page, lambda: page.execute_script("return innerWidth") == width)
         page.execute_script(WRITTEN)
-        until(page, lambda: len(page.execute_script("return Object.keys(window.texts)")) == 3)
-        across = page.execute_script("return document.getElementById('map').width")
+        until(page, lambda: page.execute_script(DRAWN))
         texts = page.execute_script("return window.texts")
         assert set(texts) == {"start", "goal", "dwb: timeout"}
-        assert all(left >= 0 and right <= across for left, _, right, _ in texts.values())
+        assert all(left >= 0 and right <= across for left, _, right, _, across in texts.values())
         for (_, a), (_, b) in combinations(texts.items(), 2):
             assert a[2] <= b[0] or b[2] <= a[0] or a[3] <= b[1] or b[3] <= a[1]
         table = page.find_element(By.CSS_SELECTOR, ".scroll")
