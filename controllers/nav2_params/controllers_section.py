@@ -17,6 +17,7 @@ from controllers.checkers import (
 from controllers.nav2_params import keys
 from controllers.nav2_params.navigation import ControllerPlugin, ControllerServer
 from controllers.nav2_params.plugins import CONTROLLERS, controller_kind, is_shim, primary_class, strays
+from controllers.nav2_params.tree_ids import GOAL_CHECKER, PATH_HANDLER, PROGRESS_CHECKER, TreeIds
 from controllers.path_handler import PATH_HANDLER_ID, PATH_HANDLER_KEYS, PATH_HANDLERS, PathHandler
 from controllers.rotation_shim.plugin import PRIMARY, unfold
 from gym_mapbench.errors import ConfigError
@@ -33,6 +34,8 @@ HANDLED = (
 )
 """Parameters that moved from the controllers to Lyrical's path handler."""
 HANDLER_LIST = "path_handler_plugins"
+CHECKER_LIST = "progress_checker_plugins"
+HUMBLES_CHECKER = "progress_checker_plugin"
 
 
 @dataclass(frozen=True)
@@ -52,18 +55,23 @@ class ControllersFound:
     asked_for: str = ""
 
 
-def read_controllers(server: Section) -> ControllersFound:
+def read_controllers(server: Section, ids: TreeIds) -> ControllersFound:
     """Read ``controller_server`` with its checkers and controllers.
 
+    Args:
+        server: The section.
+        ids: The plugins that the tree names.
+
     Raises:
-        ConfigError: If a value is wrong, a controller has no class, or does not start with the rate of the server.
+        ConfigError: If a value is wrong, a controller has no class, or does not start with the rate of the server, or
+            the server refuses every path because the tree does not name one of its plugins.
     """
     default = (TREES_CHOICE,) if TREES_CHOICE in server.values else ()
     names = server.take_names("controller_plugins", default)
     controllers: dict[str, ControllerPlugin] = {}
     foreign: dict[str, str] = {}
     lyrical = server.findings.release == "lyrical"
-    plugins: dict[str, Any] = {"path_handler": _read_path_handler(server)} if lyrical else {}
+    plugins: dict[str, Any] = {"path_handler": _read_path_handler(server, ids)} if lyrical else {}
     handler = {} if lyrical else _take_path_handler(server)
     for name in names:
         found = _read_controller(server.take_group(name), names == (TREES_CHOICE,), handler)
@@ -71,7 +79,8 @@ def read_controllers(server: Section) -> ControllersFound:
             controllers[name] = found
         else:
             foreign[name] = found
-    plugins |= {"progress_checker": _read_progress_checker(server), "goal_checker": _read_goal_checker(server)}
+    plugins["progress_checker"] = _read_progress_checker(server, ids)
+    plugins["goal_checker"] = _read_goal_checker(server, ids)
     server.leave_groups()
     settings = server.make(ControllerServer, {**server.read(keys.CONTROLLER_SERVER, _scalars()), **plugins})
     for name, plugin in controllers.items():
@@ -87,11 +96,9 @@ def _check_period(full: str, plugin: ControllerPlugin, control_period: float) ->
         raise ConfigError(f"{full}.{error}") from None
 
 
-def _read_path_handler(server: Section) -> PathHandler:
-    """Read the first of the path handlers, since the default tree asks for none by name."""
-    name, *others = server.take_names(HANDLER_LIST, (PATH_HANDLER_ID,), least=1)
-    for other in others:
-        server.leave(other)
+def _read_path_handler(server: Section, ids: TreeIds) -> PathHandler:
+    """Read the path handler that the tree names, or else the only one."""
+    name, _ = ids.choose(PATH_HANDLER, server, HANDLER_LIST, (PATH_HANDLER_ID,))
     group = server.take_group(name, PATH_HANDLER_ID)
     default = PATH_HANDLERS["feasible"]["lyrical"] if name == PATH_HANDLER_ID else None
     take_class(group, default, PATH_HANDLERS, "path handler")
@@ -127,29 +134,26 @@ def _read_controller(group: Section, has_default: bool, handler: Mapping[str, An
     return ControllerPlugin(kind=kind, params=CONTROLLERS[kind].read(group, strays(kind)))
 
 
-def _read_progress_checker(server: Section) -> ProgressChecker:
-    """Read the first of the progress checkers; Humble has only one, and Lyrical may have none."""
-    name = server.take_name("progress_checker_plugin", "progress_checker")
+def _read_progress_checker(server: Section, ids: TreeIds) -> ProgressChecker:
+    """Read the progress checker that the tree names, or else the only one; Humble has one, Lyrical may have none."""
+    if server.findings.release == "humble" and HUMBLES_CHECKER in server.values:
+        server.values[CHECKER_LIST] = [server.take_name(HUMBLES_CHECKER, "")]
+        server.findings.add("other_release", f"{server.name}.{CHECKER_LIST}", f"{HUMBLES_CHECKER} counts")
     least = 0 if server.findings.release == "lyrical" else 1
-    names = server.take_names("progress_checker_plugins", (name,), least)
-    if not names:
+    name, is_default = ids.choose(PROGRESS_CHECKER, server, CHECKER_LIST, ("progress_checker",), least)
+    if not name:
         return ProgressChecker(plugin="none")
-    name, *others = names
-    for other in others:
-        server.leave(other)
     group = server.take_group(name, "progress_checker")
-    default = PROGRESS_CHECKERS["simple"][group.findings.release] if names == ("progress_checker",) else None
+    default = PROGRESS_CHECKERS["simple"][group.findings.release] if is_default else None
     kind = take_class(group, default, PROGRESS_CHECKERS, "progress checker")
     return group.build(ProgressChecker, PROGRESS_CHECKER_KEYS, plugin=kind)
 
 
-def _read_goal_checker(server: Section) -> GoalChecker:
-    """Read the first of the goal checkers, since the default tree asks for none by name."""
-    first, *others = server.take_names("goal_checker_plugins", ("goal_checker",), least=1)
-    for name in others:
-        server.leave(name)
-    group = server.take_group(first, "goal_checker")
-    default = GOAL_CHECKERS["simple"][group.findings.release] if (first, *others) == ("goal_checker",) else None
+def _read_goal_checker(server: Section, ids: TreeIds) -> GoalChecker:
+    """Read the goal checker that the tree names, or else the only one."""
+    name, is_default = ids.choose(GOAL_CHECKER, server, "goal_checker_plugins", ("goal_checker",))
+    group = server.take_group(name, "goal_checker")
+    default = GOAL_CHECKERS["simple"][group.findings.release] if is_default else None
     kind = take_class(group, default, GOAL_CHECKERS, "goal checker")
     return group.build(GoalChecker, GOAL_CHECKER_KEYS, plugin=kind)
 

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
 from typing import Any
 
@@ -25,6 +25,7 @@ from controllers.nav2_params.navigation import (
 from controllers.nav2_params.nodes import COSTMAPS, SECTIONS, all_nodes, find_sections
 from controllers.nav2_params.plugins import BEHAVIORS, PLANNERS, names_in_ros, stand_in
 from controllers.nav2_params.recognition import Recognition, recognise
+from controllers.nav2_params.tree_ids import NAVIGATOR, PLANNER, TreeIds
 from controllers.releases import Release
 from gym_mapbench.errors import ConfigError, nearest_name
 from gym_mapbench.ros_params import (
@@ -47,8 +48,8 @@ TREES_PLANNER = "GridBased"
 USUAL_PLANNER = "navfn"
 """Nav2's default planner; it stands in for planners that are not built here."""
 
-MISSPELT_BEHAVIOR = 0.8
-"""Similarity from which on an unknown behaviour is probably a misspelt one of the tree."""
+MISSPELT_PLUGIN = 0.8
+"""Similarity from which on an unknown plugin is probably a misspelt one of the tree."""
 TREE_FILE = "default_nav_to_pose_bt_xml"
 DEFAULT_TREES = tuple(
     f"nav2_bt_navigator{end}/behavior_trees/navigate_to_pose_w_replanning_and_recovery.xml" for end in (")", "")
@@ -157,18 +158,21 @@ def _read_sections(sections: Mapping[str, Section], servers: FilterServers) -> t
     """Read every section of the file into options of :class:`NavigationParams`, and the controllers."""
     costmaps = [name for name in COSTMAPS if name in sections]
     filters = {name: read_filters(sections[name], servers, sections.get("controller_server")) for name in costmaps}
-    _tell_missing_behaviors(sections)
+    ids = TreeIds.take(sections.get(NAVIGATOR))
+    _tell_missing(sections, ids)
     found = {field: read(sections[name]) for name, (field, read) in READERS.items() if name in sections}
+    if "planner_server" in sections:
+        found["planner"] = _read_planner(sections["planner_server"], ids)
     found |= {name: found[name].replace(**filters[name]) for name in costmaps if any(filters[name].values())}
     found["release"] = next(iter(sections.values())).findings.release
     if "controller_server" not in sections:
         return found, ControllersFound()
-    controllers = read_controllers(sections["controller_server"])
+    controllers = read_controllers(sections["controller_server"], ids)
     return {**found, "controller_server": controllers.server}, controllers
 
 
-def _read_planner(server: Section) -> PlannerPlugin:
-    """Read the planner that the default tree asks for, or else the first; NavFn or Smac 2D stand in for others.
+def _read_planner(server: Section, ids: TreeIds) -> PlannerPlugin:
+    """Read the planner that the tree names, or else the first; NavFn or Smac 2D stand in for others.
 
     Raises:
         ConfigError: If a value is wrong, or a planner has no class; Nav2 has one for ``GridBased`` alone in its list.
@@ -178,7 +182,8 @@ def _read_planner(server: Section) -> PlannerPlugin:
         group = server.values.get(name)
         if not isinstance(group, Mapping) or "plugin" not in group:
             raise ConfigError(f"{server.name}.{name}.plugin: expected the class of this planner, got none")
-    group = server.take_group(TREES_PLANNER if TREES_PLANNER in names else names[0], TREES_PLANNER)
+    usual = TREES_PLANNER if TREES_PLANNER in names else names[0]
+    group = server.take_group(ids.named(PLANNER, names, f"{server.name}.planner_plugins") or usual, TREES_PLANNER)
     ros_class = group.values.pop("plugin", PLANNERS[USUAL_PLANNER].names[group.findings.release])
     refuse_slash(ros_class, group.findings.release, f"{group.name}.plugin")
     kind = known_class(ros_class, names_in_ros(PLANNERS))
@@ -206,19 +211,33 @@ def _read_behaviors(server: Section) -> BehaviorServer:
     return server.make(BehaviorServer, {**values, "behavior_plugins": tuple(enabled)})
 
 
-def _tell_missing_behaviors(sections: Mapping[str, Section]) -> None:
-    """List the behaviours without whose action servers Nav2's default tree does not load, if the file has no other."""
-    server, navigator = sections.get("behavior_server"), sections.get("bt_navigator")
-    tree = "" if navigator is None else str(navigator.values.get(TREE_FILE, ""))
-    given = None if server is None else server.values.get("behavior_plugins")
-    if server is None or not isinstance(given, list) or (tree and not tree.endswith(DEFAULT_TREES)):
+def _tell_missing(sections: Mapping[str, Section], ids: TreeIds) -> None:
+    """List the plugins for which Nav2's default tree asks and which the file's lists lack, if it has no other tree.
+
+    Without a behaviour's action server the tree does not load; without the planner no plan is made. Controllers are not
+    listed: each of a file's controllers can drive here.
+    """
+    tree = str(sections[NAVIGATOR].values.get(TREE_FILE, "")) if NAVIGATOR in sections else ""
+    if tree and not tree.endswith(DEFAULT_TREES):
         return
-    names = list(map(str, given))
-    others = [name for name in names if name not in BEHAVIORS]
-    for name in [name for name in BEHAVIORS if name not in names]:
-        near = nearest_name(name, others, MISSPELT_BEHAVIOR)
-        got = f", got {near!r}" if near else ""
-        server.findings.add("missing", f"{server.name}.{name}", f"expected in behavior_plugins{got}")
+    asked_for = {
+        "planner_server": ("planner_plugins", (ids.names.get(PLANNER) or TREES_PLANNER,)),
+        "behavior_server": ("behavior_plugins", tuple(BEHAVIORS)),
+    }
+    for name, (key, wanted) in asked_for.items():
+        given = sections[name].values.get(key) if name in sections else None
+        if isinstance(given, list):
+            _tell_unlisted(sections[name], key, wanted, [str(one) for one in given])
+
+
+def _tell_unlisted(server: Section, key: str, wanted: Iterable[str], names: list[str]) -> None:
+    """List the wanted plugins that a list does not name, each with the name that may be meant."""
+    others = [name for name in names if name not in wanted]
+    for name in (name for name in wanted if name not in names):
+        near = nearest_name(name, others, MISSPELT_PLUGIN)
+        server.findings.add(
+            "missing", f"{server.name}.{name}", f"expected in {key}" + (f", got {near!r}" if near else "")
+        )
 
 
 def _read_behavior(server: Section, name: str) -> bool:
@@ -258,7 +277,6 @@ def _read_smoother(section: Section) -> VelocitySmoother:
 
 
 READERS: dict[str, tuple[str, Any]] = {
-    "planner_server": ("planner", _read_planner),
     "local_costmap": ("local_costmap", read_costmap),
     "global_costmap": ("global_costmap", read_costmap),
     "behavior_server": ("behavior_server", _read_behaviors),

@@ -35,7 +35,7 @@ controller_server:
     use_sim_time: true
     controller_frequency: 10
     progress_checker_plugins: [pose_checker]
-    goal_checker_plugins: [precise, loose]
+    goal_checker_plugins: [precise]
     controller_plugins: [FollowPath, Slow]
     pose_checker: {plugin: "nav2_controller::PoseProgressChecker", required_movement_angle: 0.3}
     precise: {plugin: "nav2_controller::StoppedGoalChecker", xy_goal_tolerance: 0.1}

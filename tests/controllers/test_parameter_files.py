@@ -486,12 +486,99 @@ def test_behaviours_of_other_classes_are_left_out():
     assert read.named("left_out") == ("behavior_server.spin",)
 
 
+GRACEFUL = {"plugin": "nav2_graceful_controller::GracefulController"}
+CHECKERS = {
+    "loose": {"plugin": "nav2_controller::SimpleGoalChecker", "xy_goal_tolerance": 1.0},
+    "precise": {"plugin": "nav2_controller::StoppedGoalChecker", "xy_goal_tolerance": 0.1},
+    "quick": {"plugin": "nav2_controller::SimpleProgressChecker", "movement_time_allowance": 2.0},
+    "turning": {"plugin": "nav2_controller::PoseProgressChecker"},
+    "far": {"plugin": "nav2_controller::FeasiblePathHandler", "prune_distance": 5.0},
+    "near": {"plugin": "nav2_controller::FeasiblePathHandler", "prune_distance": 1.0},
+}
+LISTS = {
+    "goal_checker": ("goal_checker_plugins", ["loose", "precise"]),
+    "progress_checker": ("progress_checker_plugins", ["quick", "turning"]),
+    "path_handler": ("path_handler_plugins", ["far", "near"]),
+}
+
+
+def several(names, named, release):
+    """Read a controller server with several plugins of some kinds, and a tree that names some."""
+    lists = dict(LISTS[name] for name in names)
+    document = with_controller(GRACEFUL, **lists, **CHECKERS)
+    return parse_nav2_params({**document, "bt_navigator": node(**named)}, release=release)
+
+
+@pytest.mark.parametrize(
+    ("release", "kinds"),
+    [
+        ("humble", ["goal_checker"]),
+        ("jazzy", ["goal_checker", "progress_checker"]),
+        ("lyrical", ["goal_checker", "progress_checker", "path_handler"]),
+    ],
+)
+def test_of_several_checkers_that_of_the_tree_counts(release, kinds):
+    last = {kind: LISTS[kind][1][1] for kind in kinds}
+    read = several(kinds, {f"{kind}_id": name for kind, name in last.items()}, release)
+    server = read.navigation.controller_server
+    assert (server.goal_checker.plugin, server.goal_checker.xy_goal_tolerance) == ("stopped", 0.1)
+    assert server.progress_checker.plugin == ("simple" if release == "humble" else "pose")
+    assert server.path_handler.prune_distance == (1.0 if release == "lyrical" else 2.0)
+    assert "controller_server.loose" in read.named("unused")
+    assert read.named("unknown") == ()
+
+
+@pytest.mark.parametrize("release", ["humble", "jazzy", "lyrical"])
+@pytest.mark.parametrize("kind", LISTS)
+def test_a_tree_that_names_none_of_several_checkers_is_refused(kind, release):
+    """As ``findGoalCheckerId``, which takes an empty name for one plugin alone."""
+    if kind == "path_handler" and release != "lyrical":
+        return
+    key, (first, second) = LISTS[kind]
+    for named in ({}, {f"{kind}_id": ""}):
+        with pytest.raises(
+            ConfigError, match=rf"server\.{key}: the tree names none of {first}, {second}, .*{kind}_id: {first}$"
+        ):
+            several([kind], named, release)
+    with pytest.raises(
+        ConfigError, match=rf"server\.{key}: expected 'mine' among them, as bt_navigator\.{kind}_id says"
+    ):
+        several([kind], {f"{kind}_id": "mine"}, release)
+
+
+def test_the_tree_names_the_planner():
+    planners = {
+        "A": {"plugin": "nav2_theta_star_planner/ThetaStarPlanner"},
+        "B": {"plugin": "nav2_navfn_planner/NavfnPlanner"},
+    }
+    document = {"planner_server": node(planner_plugins=["A", "B"], **planners), "bt_navigator": node(planner_id="B")}
+    read = parse_nav2_params(document)
+    assert read.navigation.planner.name == "navfn"
+    assert (read.named("missing"), read.named("unused")) == ((), ("planner_server.A",))
+    del document["bt_navigator"]
+    read = parse_nav2_params(document)
+    assert (read.navigation.planner.name, read.named("missing")) == ("theta_star", ("planner_server.GridBased",))
+    with pytest.raises(
+        ConfigError, match=r"planner_plugins: expected 'C' among them, as bt_navigator\.planner_id says"
+    ):
+        parse_nav2_params({**document, "bt_navigator": node(planner_id="C")})
+
+
+def test_humbles_progress_checker_counts_in_humble_and_jazzys_in_jazzy():
+    both = {"progress_checker_plugin": "turning", "progress_checker_plugins": ["quick"]}
+    document = with_controller(GRACEFUL, **both, **CHECKERS)
+    for release, kind, ignored in (("humble", "pose", "plugins"), ("jazzy", "simple", "plugin")):
+        read = parse_nav2_params(document, release=release)
+        assert read.navigation.controller_server.progress_checker.plugin == kind
+        assert read.named("other_release") == (f"controller_server.progress_checker_{ignored}",)
+
+
 def missing(names, **navigator):
     read = parse_nav2_params({"behavior_server": node(behavior_plugins=names), "bt_navigator": node(**navigator)})
     return {finding.name.partition(".")[2]: finding.why for finding in read.findings if finding.kind == "missing"}
 
 
-def test_behaviours_without_which_nav2s_default_tree_does_not_load_are_named():
+def test_plugins_for_which_nav2s_default_tree_asks_are_named():
     assert missing(["wait", "spin", "backup"]) == {}
     assert missing(["spin", "wait"]) == {"backup": "expected in behavior_plugins"}
     assert missing(["spin", "back_up", "wait"]) == {"backup": "expected in behavior_plugins, got 'back_up'"}
@@ -504,7 +591,7 @@ def test_behaviours_without_which_nav2s_default_tree_does_not_load_are_named():
     assert missing(["spin", "wait"], default_nav_to_pose_bt_xml="/mine/without_backup.xml") == {}
     assert parse_nav2_params({"behavior_server": node()}).named("missing") == ()
     lines = summarise(parse_nav2_params({"behavior_server": node(behavior_plugins=["spin", "wait"])}))
-    wanted = "Nav2's default tree does not load without: behavior_server.backup: expected in behavior_plugins"
+    wanted = "Nav2's default tree needs: behavior_server.backup: expected in behavior_plugins"
     assert wanted in lines
 
 
