@@ -2,11 +2,11 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Collection, Mapping
 from dataclasses import dataclass, field
 from typing import Any
 
-from controllers.nav2_params.filters_section import CLASSES
+from controllers.nav2_params.filters_section import FiltersFound
 from controllers.nav2_params.keys import COSTMAP
 from controllers.nav2_params.plugins import COSTMAP_LAYERS, names_in_ros, stand_in
 from gym_mapbench.costmap import LAYERS, OBSERVATION_SOURCE, CostmapParams
@@ -51,19 +51,19 @@ class Layer:
         return [source for source in self.sources.values() if source.values.get("data_type", "LaserScan") == data_type]
 
 
-def read_costmap(section: Section) -> CostmapParams:
-    """Read a costmap's section.
+def read_costmap(section: Section, filters: FiltersFound) -> CostmapParams:
+    """Read a costmap's section, out of which the filters have been taken.
 
     Where neither ``robot_radius`` nor ``footprint`` is given, the robot's own shape counts (Nav2: 0.1 m). The robots
     here have one lidar, so of several layers of one class the first with a lidar is built; if no layer has a lidar,
     the lidar stands for the first point cloud. Layers that the file switches off come last in both. Third parties'
     layers without a stand-in are left out and listed.
-    :mod:`~controllers.nav2_params.filters_section` reads the filters.
 
     Raises:
         ConfigError: If a value is wrong, or a layer has no class.
     """
-    layers = _find_layers(section, section.take_names("plugins", DEFAULT_LAYERS))
+    names = section.take_names("plugins", DEFAULT_LAYERS)
+    layers = _find_layers(section, names, filters.among_layers)
     data_type = _data_type(layers)
     built: dict[str, dict[str, Any]] = {}
     for layer in _one_of_each(layers, data_type):
@@ -71,8 +71,10 @@ def read_costmap(section: Section) -> CostmapParams:
     section.leave_groups()
     _bound_map_values(section)
     scalars = [name for name in parameter_names(CostmapParams) if "." not in name and name not in COLLECTED]
-    own = {"plugins": tuple(dict.fromkeys(layer.kind for layer in layers)), "release": section.findings.release}
-    return section.make(CostmapParams, {**section.read(COSTMAP, scalars), **built, **own})
+    kinds = {layer.name: layer.kind for layer in layers}
+    plugins = (kinds.get(name, name) for name in names if name in kinds or filters.work_among_layers(name))
+    own = {"plugins": tuple(dict.fromkeys(plugins)), "release": section.findings.release}
+    return section.make(CostmapParams, {**section.read(COSTMAP, scalars), **built, **filters.options, **own})
 
 
 def _data_type(layers: list[Layer]) -> str:
@@ -91,11 +93,11 @@ def _bound_map_values(section: Section) -> None:
         section.findings.add("replaced", f"{section.name}.unknown_cost_value", why)
 
 
-def _find_layers(section: Section, names: tuple[str, ...]) -> list[Layer]:
-    """Return the layers that are built here or have a stand-in; the others become findings."""
+def _find_layers(section: Section, names: tuple[str, ...], filters: Collection[str]) -> list[Layer]:
+    """Return the layers that are built here or have a stand-in; the others become findings, filters do not."""
     shared = section.values.get("observation_sources")
     layers = []
-    for name in names:
+    for name in (name for name in names if name not in filters):
         kind, replaced = _layer_kind(section, name, names == DEFAULT_LAYERS)
         if kind is None:
             _leave_out(section, name)
@@ -149,11 +151,9 @@ def _take_sources(section: Section, group: Section, shared: object) -> dict[str,
 
 
 def _leave_out(section: Section, name: str) -> None:
-    """Leave out a layer that is not built here, or a filter that Nav2 would apply as one of the layers."""
+    """Leave out a layer that is not built here."""
     ros_class = section.values.pop(name)["plugin"]
-    is_filter = known_class(ros_class, CLASSES) is not None
-    why = "here, a filter counts only in filters" if is_filter else "this layer is not built"
-    section.findings.add("left_out", f"{section.name}.{name}", f"{ros_class}: {why}")
+    section.findings.add("left_out", f"{section.name}.{name}", f"{ros_class}: this layer is not built")
 
 
 def _one_of_each(layers: list[Layer], data_type: str) -> list[Layer]:

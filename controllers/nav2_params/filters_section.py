@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
+from dataclasses import dataclass
 from typing import Any
 
 from controllers.nav2_params.filter_servers import FilterServers, InfoServer, NoMaskError, same_topic
@@ -23,11 +24,26 @@ PERCENT, ABSOLUTE = 1, 2
 LIMIT_TOPIC = "speed_limit_topic"
 USUAL_LIMIT_TOPIC = "speed_limit"
 
-Filters = dict[str, dict[str, Any]]
+
+@dataclass(frozen=True)
+class FiltersFound:
+    """The filters of a costmap's section.
+
+    Args:
+        options: Those that have an effect here, by option and name.
+        among_layers: Names of all that ``plugins`` lists, where layers see what they write.
+    """
+
+    options: Mapping[str, dict[str, Any]]
+    among_layers: tuple[str, ...]
+
+    def work_among_layers(self, name: str) -> bool:
+        """Whether a filter that ``plugins`` lists has an effect here."""
+        return name in self.among_layers and any(name in filters for filters in self.options.values())
 
 
-def read_filters(costmap: Section, servers: FilterServers, server: Section | None) -> Filters:
-    """Take the filters out of a costmap's section; return those that have an effect here, by option and name.
+def read_filters(costmap: Section, servers: FilterServers, server: Section | None) -> FiltersFound:
+    """Take the filters out of a costmap's section, those that stand among its layers as well.
 
     Args:
         costmap: The section.
@@ -37,9 +53,10 @@ def read_filters(costmap: Section, servers: FilterServers, server: Section | Non
     Raises:
         ConfigError: If a value is wrong, a filter has no class, or a mask's file cannot be read.
     """
-    filters: Filters = {kind: {} for kind in CLASSES}
+    filters: dict[str, dict[str, Any]] = {kind: {} for kind in CLASSES}
+    among_layers = _among_layers(costmap)
     topic = USUAL_LIMIT_TOPIC if server is None else server.values.get(LIMIT_TOPIC, USUAL_LIMIT_TOPIC)
-    for name in costmap.take_names("filters", ()):
+    for name in (*among_layers, *costmap.take_names("filters", ())):
         group = costmap.take_group(name)
         kind = _kind(group)
         if kind is None or not _is_enabled(group):
@@ -50,7 +67,15 @@ def read_filters(costmap: Section, servers: FilterServers, server: Section | Non
             group.findings.add("left_out", group.name, str(error))
         else:
             filters[kind][name] = read
-    return filters
+    return FiltersFound(filters, among_layers)
+
+
+def _among_layers(costmap: Section) -> tuple[str, ...]:
+    """Return the names in ``plugins`` whose class is one of Nav2's filters."""
+    listed = costmap.values.get("plugins")
+    groups = {name: costmap.values.get(name) for name in listed if isinstance(name, str)} if listed else {}
+    given = {name: group.get("plugin") for name, group in groups.items() if isinstance(group, Mapping)}
+    return tuple(name for name, ros_class in given.items() if known_class(ros_class, CLASSES | BINARY))
 
 
 def _kind(group: Section) -> str | None:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import re
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterable, Iterator, Mapping
 from hashlib import sha256
 from itertools import chain, count
 from typing import Any
@@ -23,10 +23,10 @@ Filter = KeepoutFilter | SpeedFilter
 
 
 def filter_groups(costmap: CostmapParams, where: str) -> dict[str, Any]:
-    """Return the list of a costmap's filters and their groups; nothing where there are none."""
+    """Return the list of a costmap's filters behind the layers and the groups of all; nothing where there are none."""
     ros_names = _ros_names(where, costmap)
     groups = {name: _group(each, ros_names[name], costmap.release) for name, each in _filters(costmap)}
-    return {"filters": list(groups), **groups} if groups else {}
+    return {**_listed(costmap, groups), **groups}
 
 
 def filter_values(costmap: CostmapParams) -> dict[str, Any]:
@@ -37,7 +37,14 @@ def filter_values(costmap: CostmapParams) -> dict[str, Any]:
     """
     groups = {name: {**_group(each, "", costmap.release), **_effect(each)} for name, each in _filters(costmap)}
     kept = {name: {key: group[key] for key in group if not key.endswith("_topic")} for name, group in groups.items()}
-    return {"filters": list(kept), **kept} if kept else {}
+    among = {"plugins": list(costmap.plugins)} if costmap.filters_among_layers else {}
+    return {**among, **_listed(costmap, kept), **kept}
+
+
+def _listed(costmap: CostmapParams, names: Iterable[str]) -> dict[str, list[str]]:
+    """Return the list of the filters behind the layers; nothing where there are none, as ROS takes no empty list."""
+    behind = [name for name in names if name not in costmap.filters_among_layers]
+    return {"filters": behind} if behind else {}
 
 
 def filter_nodes(navigation: NavigationParams) -> dict[str, dict[str, Any]]:

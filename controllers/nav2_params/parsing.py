@@ -163,7 +163,7 @@ def _read_sections(sections: Mapping[str, Section], servers: FilterServers) -> t
     found = {field: read(sections[name]) for name, (field, read) in READERS.items() if name in sections}
     if "planner_server" in sections:
         found["planner"] = _read_planner(sections["planner_server"], ids)
-    found |= {name: found[name].replace(**filters[name]) for name in costmaps if any(filters[name].values())}
+    found |= {name: read_costmap(sections[name], filters[name]) for name in costmaps}
     found["release"] = next(iter(sections.values())).findings.release
     if "controller_server" not in sections:
         return found, ControllersFound()
@@ -277,8 +277,6 @@ def _read_smoother(section: Section) -> VelocitySmoother:
 
 
 READERS: dict[str, tuple[str, Any]] = {
-    "local_costmap": ("local_costmap", read_costmap),
-    "global_costmap": ("global_costmap", read_costmap),
     "behavior_server": ("behavior_server", _read_behaviors),
     "bt_navigator": ("bt", _read_tree),
     "velocity_smoother": ("velocity_smoother", _read_smoother),

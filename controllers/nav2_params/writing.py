@@ -241,7 +241,7 @@ def _costmap(params: CostmapParams, name: str, robot: RobotSpec | None) -> dict[
         values |= {"robot_radius": robot.radius} if robot.footprint is None else {"footprint": robot.footprint}
     if "footprint" in values:
         values["footprint"] = str([list(corner) for corner in values["footprint"]])
-    plugins = {name: _layer(name, layers[name], params.release) for name in params.plugins}
+    plugins = {name: _layer(name, layers[name], params.release) for name in params.plugins if name in layers}
     frames = {"global_frame": COSTMAP_FRAMES[name], "robot_base_frame": BASE_FRAME}
     return {**frames, **values, **plugins, **filter_groups(params, name)}
 

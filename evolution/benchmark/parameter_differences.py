@@ -10,7 +10,6 @@ from controllers.nav2_params.filters_writing import filter_values
 from evolution.benchmark.configurations import Configuration
 from evolution.driving import JobPlan
 from evolution.files import Row
-from gym_mapbench.costmap import FILTERS
 from gym_mapbench.ros_params import leaves
 
 SERVER = "controller_server."
@@ -36,7 +35,7 @@ def keys_of(plan: JobPlan) -> dict[str, str]:
     A costmap filter has its mask and the numbers of its info server under its own name.
     """
     navigation, world = plan.settings.navigation, plan.settings.environment.model_dump(mode="json", exclude_none=True)
-    bare = {name: one.replace(**{kind: {} for kind in FILTERS}) for name, one in navigation.costmaps.items()}
+    bare = {name: one.without_filters() for name, one in navigation.costmaps.items()}
     document = write_nav2_params(navigation.replace(**bare), use_sim_time=True)
     keys = {_short(name): value for name, value in leaves(document)}
     keys |= dict(leaves({name: filter_values(one) for name, one in navigation.costmaps.items()}))

@@ -72,8 +72,7 @@ class LayeredCostmap:
         self._params, self._grid, self._footprint = params, grid, footprint
         self._default = params.default_cost
         self._start_over()
-        follows_robot = any(each.depends_on_robot for each in self._filters)
-        self._never_changes = not (params.observes or params.rolling_window or follows_robot)
+        self._never_changes = not (params.observes or params.rolling_window or self._follows_robot)
 
     def reset(self, pose: Pose) -> None:
         """Forget all observations and place the window around ``pose`` as at start-up."""
@@ -143,17 +142,19 @@ class LayeredCostmap:
         params, grid = self._params, self._grid
         self._window = _window(params, grid)
         context = LayerContext(params, grid, self._window.shape, self._window.resolution, self._footprint)
+        keepouts = {name: Keepout(options, params.release) for name, options in params.keepout_filters.items()}
+        speeds = {name: SpeedZones(options) for name, options in params.speed_filters.items()}
+        among, made = params.filters_among_layers, [*keepouts.items(), *speeds.items()]
+        self._speed_zones = list(speeds.values())
+        self._follows_robot = any(each.depends_on_robot for _, each in made)
+        self._filters = [each for name, each in made if name not in among]
         self._layers = {
-            name: _make_layer(name, params, context)
+            name: _FilterLayer([each for own, each in made if own == name])
+            if name in among
+            else _make_layer(name, params, context)
             for name in params.plugins
-            if params.writes(name) or LAYERS.get(name).widens_when_disabled
+            if name in among or params.writes(name) or LAYERS.get(name).widens_when_disabled
         }
-        keepouts, speeds = params.keepout_filters.values(), params.speed_filters.values()
-        self._speed_zones = [SpeedZones(options) for options in speeds]
-        self._filters = [
-            *(Keepout(options, params.release) for options in keepouts),
-            *self._speed_zones,
-        ]
         self._written = np.full(self._window.shape, self._default, np.uint8)
         self._filtered = self._written.copy() if self._filters else None
         self._unchanging = None
@@ -210,6 +211,22 @@ def _make_layer(name: str, params: CostmapParams, context: LayerContext) -> Laye
     if not isinstance(layer, Layer):
         raise PluginError(f"costmap layer {name!r}: expected a Layer, got {layer!r:.80}")
     return layer if name in LAYERS.built_in else _GuardedLayer(name, layer)
+
+
+class _FilterLayer(Layer):
+    """The filters of one name that ``plugins`` lists among the layers: the layers behind see what they write."""
+
+    def __init__(self, filters: list[CostmapFilter]) -> None:
+        self._filters = filters
+
+    def update_bounds(self, window: Window, robot: Pose, box: Box) -> None:
+        self._robot = robot
+        for each in self._filters:
+            each.update_bounds(window, robot, box)
+
+    def update_costs(self, window: Window, master: Costs, cells: Cells) -> None:
+        for each in self._filters:
+            each.process(window, master, cells, self._robot)
 
 
 class _GuardedLayer(Layer):

@@ -35,9 +35,10 @@ class CostmapParams(CostmapOptions):
     Args:
         plugins: Names of the layers in the order in which they write: ``static_layer``, ``obstacle_layer``,
             ``voxel_layer``, ``denoise_layer``, ``inflation_layer``, or a third party's (see
-            :mod:`gym_mapbench.costmap.layers`).
+            :mod:`gym_mapbench.costmap.layers`). A filter may stand among them.
         layers: Name of a layer -> its options.
-        keepout_filters: Name of a keepout filter -> its options; filters work behind all layers.
+        keepout_filters: Name of a keepout filter -> its options; a filter works behind all layers, unless ``plugins``
+            lists it among them.
         speed_filters: Name of a speed filter -> its options.
     """
 
@@ -99,12 +100,22 @@ class CostmapParams(CostmapOptions):
     @property
     def observes(self) -> bool:
         """Whether a layer looks at scans."""
-        return any(self.writes(name) and LAYERS.get(name).observes for name in self.plugins)
+        return any(self.writes(name) for name in self.clearable)
 
     @property
     def clearable(self) -> tuple[str, ...]:
         """Names of the layers that a clear can name (``isClearable``): those that look at scans."""
-        return tuple(name for name in self.plugins if LAYERS.get(name).observes)
+        return tuple(name for name in self.plugins if name in self.layers and LAYERS.get(name).observes)
+
+    @property
+    def filters_among_layers(self) -> tuple[str, ...]:
+        """Names of the filters that ``plugins`` lists, so that the layers behind them see what they write."""
+        return tuple(name for name in self.plugins if name not in self.layers)
+
+    def without_filters(self) -> CostmapParams:
+        """Return the costmap with its layers alone."""
+        layers = tuple(name for name in self.plugins if name in self.layers)
+        return self.replace(plugins=layers, **{kind: {} for kind in FILTERS})
 
     @property
     def covers_map(self) -> bool:
@@ -113,7 +124,7 @@ class CostmapParams(CostmapOptions):
 
     def writes(self, layer: str) -> bool:
         """Whether a layer of this name is among the plugins and enabled."""
-        return layer in self.plugins and bool(getattr(self.layers[layer], "enabled", True))
+        return layer in self.plugins and layer in self.layers and bool(getattr(self.layers[layer], "enabled", True))
 
     @classmethod
     def option_names(cls) -> list[str]:
@@ -130,7 +141,7 @@ class CostmapParams(CostmapOptions):
         if not isinstance(plugins, list | tuple) or not isinstance(held, Mapping):
             return values
         given = {**held, **{name: options for name, options in values.items() if name not in cls.model_fields}}
-        listed = [name for name in plugins if isinstance(name, str)]
+        listed = [name for name in plugins if isinstance(name, str) and name not in _filters_in(values)]
         known = dict.fromkeys([*ALWAYS_SAVED, *(name for name in LAYERS.built_in if name in given), *listed])
         layers = {name: _options(name, given.get(name, {})) for name in known}
         return {**{key: value for key, value in values.items() if key not in layers}, "layers": layers}
@@ -160,6 +171,12 @@ class CostmapParams(CostmapOptions):
             if keepout.override_lethal_cost and self.release == "humble":
                 raise ConfigError(f"keepout_filters.{name}.override_lethal_cost: Nav2 Humble has no such parameter")
         return self
+
+
+def _filters_in(values: Mapping[str, Any]) -> set[str]:
+    """Return the names of the filters, without those that a layer of Nav2 has."""
+    held = (values.get(kind, {}) for kind in FILTERS)
+    return {name for filters in held if isinstance(filters, Mapping) for name in filters} - {*LAYERS.built_in}
 
 
 def _options(name: str, given: object) -> Settings:

@@ -122,6 +122,50 @@ def test_both_costmaps_may_listen_to_the_same_servers(folder):
     assert given.named("ros_only").count("keepout_filter_mask_server.frame_id") == 1
 
 
+LAYERS = {
+    "static_layer": {"plugin": "nav2_costmap_2d::StaticLayer"},
+    "inflate": {"plugin": "nav2_costmap_2d::InflationLayer"},
+}
+
+
+def among_layers(*names, **groups):
+    """The global costmap of a file that lists layers and filters in ``plugins``."""
+    values = {"plugins": ["static_layer", *names, "inflate"], **LAYERS, **groups}
+    return {"global_costmap": {"global_costmap": node(**values)}}
+
+
+@pytest.mark.parametrize("release", RELEASES)
+def test_filters_among_the_layers_work_there_and_are_written_there(folder, release):
+    filters = {"zones": keepout(), "slow": speed()}
+    read_back = read(folder, release, more=among_layers(*filters, **filters))
+    costmap = read_back.navigation.global_costmap
+    assert costmap.plugins == ("static_layer", "zones", "slow", "inflation_layer")
+    assert (costmap.keepout_filters["zones"].mask, list(costmap.speed_filters)) == (MASK, ["slow"])
+    assert not read_back.named("left_out")
+    document = write_nav2_params(read_back.navigation)
+    written = document["global_costmap"]["global_costmap"]["ros__parameters"]
+    assert written["plugins"] == list(costmap.plugins)
+    assert written["zones"]["plugin"] == keepout()["plugin"]
+    assert "filters" not in written, "ROS takes no empty list"
+    for name, content in mask_files(read_back.navigation).items():
+        (folder / name).parent.mkdir(parents=True, exist_ok=True)
+        (folder / name).write_bytes(content if isinstance(content, bytes) else content.encode())
+    (folder / "again.yaml").write_text(yaml.safe_dump(document))
+    assert read_nav2_params(folder / "again.yaml", release=release).navigation.global_costmap == costmap
+
+
+def test_filters_among_the_layers_without_effect_are_listed_with_the_reason(folder):
+    off, binary = keepout(enabled=False), {"plugin": "nav2_costmap_2d::BinaryFilter"}
+    given = read(
+        folder, more=among_layers("off", "switch", "lost", off=off, switch=binary, lost=speed(filter_info_topic="x"))
+    )
+    assert given.navigation.global_costmap.plugins == ("static_layer", "inflation_layer")
+    found = findings(given)
+    assert found["off"] == ("unused", "it is not enabled")
+    assert found["switch"] == ("ros_only", "nobody here listens to its switch")
+    assert found["lost"] == ("left_out", "the file has no node *filter_info_server whose filter_info_topic is x")
+
+
 def test_absolute_limits(folder):
     more = servers("speed", type=2, base=0.0, multiplier=0.01)
     slow = read(folder, more=more, slow=speed()).navigation.global_costmap.speed_filters["slow"]

@@ -683,13 +683,13 @@ def test_filters_and_other_layers_are_left_out():
 
 
 def test_what_is_left_out_of_the_layers_has_its_own_reason():
-    keepout = {"plugin": "nav2_costmap_2d::KeepoutFilter"}
+    keepout = {"plugin": "nav2_costmap_2d::KeepoutFilter", "filter_info_topic": "zones"}
     static = {"plugin": "nav2_costmap_2d::StaticLayer"}
     why = found(with_layers(["map", "peers", "keepout"], map=static, peers=static, keepout=keepout))
     prefix = "local_costmap.local_costmap"
     assert why[f"{prefix}.peers"] == ("left_out", "a second static layer, and one is built")
     kind, said = why[f"{prefix}.keepout"]
-    assert (kind, said) == ("left_out", "nav2_costmap_2d::KeepoutFilter: here, a filter counts only in filters")
+    assert (kind, said) == ("left_out", "the file has no node *filter_info_server whose filter_info_topic is zones")
 
 
 @pytest.mark.parametrize(

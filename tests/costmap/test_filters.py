@@ -43,8 +43,9 @@ def zone(row0=10, row1=20, col0=10, col1=30, value=100, **changes):
     return FilterMask.from_values(cells, 0.1, **changes)
 
 
-def overall(mask, release="jazzy", plugins=("static_layer", "inflation_layer"), **changes):
+def overall(mask, release="jazzy", plugins=("static_layer", "inflation_layer"), inflation_layer=None, **changes):
     options = {"keepout_filters": {"keepout": KeepoutFilter(mask=mask, **changes)}}
+    options |= {"inflation_layer": inflation_layer or InflationLayer()}
     return CostmapParams(plugins=plugins, resolution=0.1, release=release, **options)
 
 
@@ -186,6 +187,35 @@ class TestKeepout:
         seen = [costmap.update(Pose(x, 1.5)) for x in (0.5, 2.0, 2.5, 3.5, 3.6)]
         assert [int(one.costs[one.world_to_map(1.55, 1.55)]) for one in seen] == expected
 
+    @pytest.mark.parametrize("release", RELEASES)
+    def test_among_the_layers_the_layers_behind_see_the_zones(self, release):
+        """A zone before the inflation layer is inflated as an obstacle of the map is; one behind it is not."""
+        plugins, inflation = ("static_layer", "keepout", "inflation_layer"), InflationLayer(inflation_radius=0.5)
+        wall = GridMap(zone_costs(254) == 254, 0.1)
+        params = overall(zone(), release, plugins, inflation_layer=inflation)
+        walled = params.without_filters()
+        assert walled.plugins == ("static_layer", "inflation_layer")
+        seen = costs_of(params)
+        assert (seen[10:20, 10:30] == 254).all()
+        assert seen[9, 15] > 0
+        assert np.array_equal(seen, costs_of(walled, grid=wall))
+        behind = costs_of(params.replace(plugins=("static_layer", "inflation_layer", "keepout")))
+        assert np.array_equal(behind, costs_of(params.replace(plugins=walled.plugins)))
+        assert CostmapParams(**params.model_dump(mode="json")) == params
+
+    def test_among_the_layers_of_a_rolling_window_it_stays_at_its_place(self):
+        local = CostmapParams.example_local(
+            plugins=("keepout", "voxel_layer", "inflation_layer"),
+            keepout_filters={"keepout": KeepoutFilter(mask=zone())},
+        )
+        window = LayeredCostmap(local, EMPTY, POINT)
+        window.update(Pose(1.0, 1.0))
+        seen = window.update(Pose(1.5, 1.0))
+        cells = [seen.world_to_map(1.55, y) for y in (0.55, 0.95, 1.05, 1.95)]
+        assert [int(seen.costs[cell]) > 0 for cell in cells] == [True, True, True, True]
+        assert [int(seen.costs[cell]) == 254 for cell in cells] == [False, False, True, True]
+        assert local.clearable == ("voxel_layer",)
+
     def test_humble_has_no_override(self):
         with pytest.raises(ConfigError, match=r"keepout_filters\.keepout\.override_lethal_cost: Nav2 Humble has no"):
             overall(zone(), "humble", override_lethal_cost=True)
@@ -241,6 +271,12 @@ class TestSpeed:
     def test_costs_stay(self):
         costmap = self.costmap(zone(value=40))
         assert not costmap.update(Pose(1.5, 1.5)).costs.any()
+
+    def test_a_filter_among_the_layers_limits_as_well(self):
+        local = CostmapParams.example_local(speed_filters={"speed": SpeedFilter(mask=zone(value=40))})
+        costmap = LayeredCostmap(local.replace(plugins=("voxel_layer", "speed", "inflation_layer")), EMPTY, POINT)
+        costmap.update(Pose(1.5, 1.5))
+        assert costmap.take_speed_limits() == [SpeedLimit(40.0, False)]
 
     def test_the_pose_is_moved_into_the_frame_of_the_map(self):
         costmap = self.costmap(zone(value=40))
