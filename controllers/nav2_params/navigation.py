@@ -22,6 +22,7 @@ from gym_mapbench.costmap import CostmapParams
 from gym_mapbench.errors import ConfigError, refuse_unknown, unknown_name
 from gym_mapbench.planners import PLANNERS
 from gym_mapbench.quantities import NonNegative, Positive
+from gym_mapbench.ros_params import RELEASE
 from gym_mapbench.settings import ExtendedSettings, Settings
 
 __all__ = [
@@ -180,6 +181,15 @@ class VelocitySmoother(Settings):
         return value
 
 
+def _planner_of(planner: object, release: Release) -> dict[str, Any]:
+    """Return the planner of a mapping, of a release if its parameters depend on that and do not name it."""
+    if not isinstance(planner, Mapping) or not isinstance(params := planner.get("params", {}), Mapping):
+        return {}
+    name = planner.get("name", PlannerPlugin.model_fields["name"].default)
+    has_release = name in PLANNERS.built_in and RELEASE in PLANNERS.get(name).params.model_fields
+    return {"planner": {**planner, "params": {RELEASE: release, **params}}} if has_release else {}
+
+
 class NavigationParams(ExtendedSettings):
     """All parameters of the navigator.
 
@@ -224,7 +234,7 @@ class NavigationParams(ExtendedSettings):
             "local_costmap": costmap,
             "global_costmap": costmap,
         }
-        return {**defaults, **values}
+        return {**defaults, **values, **_planner_of(values.get("planner"), release)}
 
     @model_validator(mode="after")
     def _of_one_release(self) -> Self:

@@ -1,6 +1,6 @@
 """Smac 2D: the cheapest path over the eight neighbours, smoothed.
 
-Source: nav2_smac_planner/src/smac_planner_2d.cpp, smoother.cpp (Humble).
+Source: nav2_smac_planner/src/smac_planner_2d.cpp, a_star.cpp, smoother.cpp (Humble, Jazzy and Lyrical).
 """
 
 from __future__ import annotations
@@ -13,6 +13,7 @@ from numpy.typing import NDArray
 from pydantic import Field
 
 from gym_mapbench.costmap import INSCRIBED_INFLATED_OBSTACLE, NO_INFORMATION, Costmap
+from gym_mapbench.errors import EndpointError, UnsafeEndpointError
 from gym_mapbench.kernels.smac_2d import search_cells, smooth
 from gym_mapbench.planners.base import (
     Path,
@@ -25,12 +26,15 @@ from gym_mapbench.planners.base import (
     to_centres,
 )
 from gym_mapbench.quantities import Count, Fraction, Natural, NonNegative, Positive
+from gym_mapbench.releases import Release
 from gym_mapbench.ros_params import Keys, RosPlugin, slashed_in_humble
 from gym_mapbench.settings import Settings
 from gym_mapbench.world.scenario import Pose
 
 MAX_NON_OBSTACLE = 252
 SHORTEST_SMOOTHED = 12
+EXACT = 0.001
+"""Tolerance, cells, below which Jazzy's path ends at the goal itself."""
 
 Iterations = Annotated[Natural, Field(le=2**62)]
 
@@ -71,6 +75,9 @@ class Smac2DParams(Settings):
         cost_travel_multiplier: How much is added to the cost of a step onto a cell of cost 252.
         use_final_approach_orientation: Whether the last pose faces the way the path arrives, not the goal's yaw.
         smoother: Options of the smoother.
+        release: Release of Nav2. Humble refuses a start on an obstacle; later releases refuse a start if all cells
+            around it are blocked, and do not look at the cell of a plan from the goal's own cell. Lyrical refuses an
+            occupied goal if no cell near it is free, and its paths end at the goal's position.
     """
 
     tolerance: NonNegative = 0.125
@@ -82,6 +89,7 @@ class Smac2DParams(Settings):
     cost_travel_multiplier: NonNegative = 1.0
     use_final_approach_orientation: bool = False
     smoother: SmootherParams = SmootherParams()
+    release: Release = "humble"
 
 
 @dataclass(frozen=True)
@@ -97,24 +105,72 @@ class Smac2DPlanner:
             costmap = downsampled(costmap, params.downsampling_factor)
         start_cell, goal_cell = cells_of(costmap, start, goal)
         if start_cell == goal_cell:
-            refuse_obstacle(costmap, start_cell, start, goal)
-            return stay(start, goal, params.use_final_approach_orientation)
-        cells = self._search(costmap, start_cell, goal_cell)
+            return self._stay(costmap, start_cell, start, goal)
+        step_cost = self._step_cost()
+        passable = np.isfinite(step_cost)[costmap.costs]
+        self._refuse_endpoints(passable, costmap, start, goal)
+        cells = self._search(costmap, step_cost, start_cell, goal_cell)
         if len(cells) == 0:
             raise no_path(start, goal, "start and goal are not connected, or the search was cut off")
         path = np.zeros((len(cells), 3))
         path[:, :2] = self._smoothed(to_centres(cells, costmap), costmap)
         steps = np.diff(path[:, :2], axis=0)
         path[:-1, 2] = np.arctan2(steps[:, 1], steps[:, 0])
+        if params.release == "lyrical" and tuple(cells[-1]) == goal_cell:
+            path[-1, :2] = goal.x, goal.y
         set_last_yaw(path, start, goal, params.use_final_approach_orientation)
         return path
 
-    def _search(self, costmap: Costmap, start: tuple[int, int], goal: tuple[int, int]) -> NDArray[np.int64]:
+    def _stay(self, costmap: Costmap, cell: tuple[int, int], start: Pose, goal: Pose) -> Path:
+        """Return the plan from the goal's own cell; only Humble looks whether that is an obstacle."""
+        if self.params.release == "humble":
+            refuse_obstacle(costmap, cell, start, goal)
+        path = stay(start, goal, self.params.use_final_approach_orientation)
+        if self.params.release == "lyrical":
+            path[0, :2] = goal.x, goal.y
+        return path
+
+    def _refuse_endpoints(self, passable: NDArray[np.bool_], costmap: Costmap, start: Pose, goal: Pose) -> None:
+        """Refuse a start or a goal as the release does.
+
+        Raises:
+            UnsafeEndpointError: If Humble finds the start on an obstacle.
+            EndpointError: If a later release says that start or goal is occupied, so that the tree tries no recovery.
+        """
+        start_cell, goal_cell = cells_of(costmap, start, goal)
+        if self.params.release == "humble":
+            if not passable[start_cell]:
+                raise no_path(start, goal, "the start is in an obstacle", UnsafeEndpointError)
+            return
+        if not passable[goal_cell] and not self._may_end_near(passable, costmap, goal):
+            raise no_path(start, goal, "the goal is in an obstacle", EndpointError)
+        row, col = start_cell
+        around = passable[max(0, row - 1) : row + 2, max(0, col - 1) : col + 2]
+        if around.sum() == passable[start_cell]:
+            raise no_path(start, goal, "all cells around the start are blocked", EndpointError)
+
+    def _may_end_near(self, passable: NDArray[np.bool_], costmap: Costmap, goal: Pose) -> bool:
+        """Whether a search for an occupied goal begins: with any tolerance; in Lyrical, with a free cell within it."""
+        tolerance = self.params.tolerance / costmap.resolution
+        if self.params.release != "lyrical":
+            return tolerance >= EXACT
+        row, col = (goal.y - costmap.origin_y) / costmap.resolution, (goal.x - costmap.origin_x) / costmap.resolution
+        rows, cols = np.nonzero(passable)
+        return bool((np.hypot(rows - row, cols - col) <= max(tolerance, 1.0)).any())
+
+    def _step_cost(self) -> NDArray[np.float64]:
+        """Cost ``(256,)`` of a straight step onto a cell of every cost value; inf where blocked."""
         params = self.params
         step_cost = 1.0 + params.cost_travel_multiplier * np.arange(256) / MAX_NON_OBSTACLE
         step_cost[INSCRIBED_INFLATED_OBSTACLE:NO_INFORMATION] = np.inf
         if not params.allow_unknown:
             step_cost[NO_INFORMATION] = np.inf
+        return np.asarray(step_cost, np.float64)
+
+    def _search(
+        self, costmap: Costmap, step_cost: NDArray[np.float64], start: tuple[int, int], goal: tuple[int, int]
+    ) -> NDArray[np.int64]:
+        params = self.params
         limits = [n if n > 0 else 2**62 for n in (params.max_iterations, params.max_on_approach_iterations)]
         tolerance = params.tolerance / costmap.resolution
         cells: NDArray[np.int64] = search_cells(costmap.costs, step_cost, *start, *goal, tolerance, *limits)

@@ -1,6 +1,6 @@
 """Theta*: paths of straight pieces at any angle.
 
-Source: nav2_theta_star_planner/src/theta_star_planner.cpp, theta_star.cpp (Humble).
+Source: nav2_theta_star_planner/src/theta_star_planner.cpp, theta_star.cpp (Humble, Jazzy and Lyrical).
 """
 
 from __future__ import annotations
@@ -12,7 +12,7 @@ from typing import Literal
 import numpy as np
 from numpy.typing import NDArray
 
-from gym_mapbench.costmap import INSCRIBED_INFLATED_OBSTACLE, LETHAL_OBSTACLE, NO_INFORMATION, Costmap
+from gym_mapbench.costmap import FREE_SPACE, INSCRIBED_INFLATED_OBSTACLE, LETHAL_OBSTACLE, NO_INFORMATION, Costmap
 from gym_mapbench.errors import EndpointError, UnsafeEndpointError
 from gym_mapbench.kernels.theta_star import search_corners
 from gym_mapbench.planners.base import (
@@ -26,6 +26,7 @@ from gym_mapbench.planners.base import (
     to_centres,
 )
 from gym_mapbench.quantities import NonNegative
+from gym_mapbench.releases import Release
 from gym_mapbench.ros_params import Keys, RosPlugin, Section, slashed_in_humble
 from gym_mapbench.settings import Settings
 from gym_mapbench.world.scenario import Pose
@@ -44,6 +45,7 @@ class ThetaStarParams(Settings):
         w_traversal_cost: Weight of the costs of its cells.
         allow_unknown: Whether paths may cross unknown cells.
         use_final_approach_orientation: Whether the last pose faces the way the path arrives, not the goal's yaw.
+        release: Release of Nav2. Since Jazzy a plan first frees the cell from which the plan before it began.
     """
 
     how_many_corners: Literal[4, 8] = 8
@@ -51,33 +53,51 @@ class ThetaStarParams(Settings):
     w_traversal_cost: NonNegative = 2.0
     allow_unknown: bool = True
     use_final_approach_orientation: bool = False
+    release: Release = "humble"
 
 
-@dataclass(frozen=True)
+@dataclass
 class ThetaStarPlanner:
     """Plan by Theta*."""
 
     params: ThetaStarParams = field(default_factory=ThetaStarParams)
+    _last_start: tuple[int, int] = (0, 0)
 
     def plan(self, costmap: Costmap, start: Pose, goal: Pose) -> Path:
-        """Return a path with a pose per cell length that ends just before the goal; see ``GlobalPlanner.plan``."""
+        """Return a path with a pose per cell length that ends just before the goal; see ``GlobalPlanner.plan``.
+
+        Since Jazzy the cell from which it last planned counts as free, so a second plan from a cell on an obstacle
+        begins: Nav2 frees the start before it takes the new one. There the cell is free until its next update.
+        """
         start_cell, goal_cell = cells_of(costmap, start, goal)
         direct = self.params.use_final_approach_orientation
         if start_cell == goal_cell:
             refuse_obstacle(costmap, start_cell, start, goal)
             return stay(start, goal, direct)
         step_cost, line_cost = self._traversal_costs()
-        if np.isinf(step_cost[[costmap.costs[start_cell], costmap.costs[goal_cell]]]).any():
-            kind = EndpointError if costmap.costs[goal_cell] == LETHAL_OBSTACLE else UnsafeEndpointError
-            raise no_path(start, goal, "start or goal is in an obstacle", kind)
+        if costmap.costs[goal_cell] == LETHAL_OBSTACLE:
+            raise no_path(start, goal, "start or goal is in an obstacle", EndpointError)
+        costs, self._last_start = self._freed(costmap.costs), start_cell
+        if np.isinf(step_cost[[costs[start_cell], costs[goal_cell]]]).any():
+            raise no_path(start, goal, "start or goal is in an obstacle", UnsafeEndpointError)
         weights = self.params.w_euc_cost, min(1.0, self.params.w_euc_cost)
         corners = self.params.how_many_corners
-        cells = search_corners(costmap.costs, step_cost, line_cost, *start_cell, *goal_cell, corners, *weights)
+        cells = search_corners(costs, step_cost, line_cost, *start_cell, *goal_cell, corners, *weights)
         if len(cells) == 0:
             raise no_path(start, goal, "start and goal are not connected")
         path = _interpolated(to_centres(cells, costmap), costmap.resolution)
         set_last_yaw(path, start, goal, direct)
         return path
+
+    def _freed(self, costs: NDArray[np.uint8]) -> NDArray[np.uint8]:
+        """Return the costs with the cell free from which the last plan began (``clearStart``)."""
+        rows, cols = costs.shape
+        row, col = self._last_start
+        if self.params.release == "humble" or row >= rows or col >= cols or costs[row, col] == FREE_SPACE:
+            return costs
+        freed = costs.copy()
+        freed[row, col] = FREE_SPACE
+        return freed
 
     def _traversal_costs(self) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
         """Cost ``(256,)`` of every cost value for a step and on a line of sight; inf where it is unsafe."""

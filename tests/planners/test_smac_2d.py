@@ -11,9 +11,10 @@ from scipy.sparse import coo_matrix
 from scipy.sparse.csgraph import dijkstra
 
 from gym_mapbench.costmap import Costmap, CostmapParams, build_static_costmap
-from gym_mapbench.errors import ConfigError, NoPathError
+from gym_mapbench.errors import ConfigError, EndpointError, NoPathError, UnsafeEndpointError
 from gym_mapbench.kernels.smac_2d import smooth
 from gym_mapbench.planners.smac_2d import Smac2DParams, Smac2DPlanner, SmootherParams, downsampled
+from gym_mapbench.releases import RELEASES
 from gym_mapbench.world.footprint import Footprint
 from gym_mapbench.world.gridmap import GridMap
 from gym_mapbench.world.scenario import Pose
@@ -67,8 +68,8 @@ def test_the_path_is_the_cheapest(costs, data, allow_unknown, multiplier):
         Smac2DParams(tolerance=0.0, allow_unknown=allow_unknown, cost_travel_multiplier=multiplier, smoother=ROUGH)
     )
     expected = cheapest(costs, start, goal, multiplier, allow_unknown)
-    if np.isinf(expected):
-        with pytest.raises(NoPathError, match="not connected"):
+    if np.isinf(expected) or np.isinf(step_cost(costs[start], multiplier, allow_unknown)):
+        with pytest.raises(NoPathError, match=r"not connected|the start is in an obstacle"):
             planner.plan(metre_map(costs), centre(start), centre(goal))
         return
     cells = cells_on(planner.plan(metre_map(costs), centre(start), centre(goal)))
@@ -153,3 +154,84 @@ def test_downsampling_keeps_the_dearest_cost():
 def test_clock_limits_are_refused():
     with pytest.raises(ConfigError, match="max_planning_time"):
         Smac2DParams(max_planning_time=2.0)
+
+
+def of(release, **params):
+    return Smac2DPlanner(Smac2DParams(release=release, smoother=ROUGH, **params))
+
+
+@pytest.mark.parametrize("release", RELEASES)
+def test_a_start_on_an_obstacle(release):
+    """Humble refuses it; later releases drive off it, unless all cells around are blocked."""
+    costs = np.zeros((9, 20), np.uint8)
+    costs[4, 3] = 253
+    start, goal = Pose(3.5, 4.5), Pose(15.5, 4.5)
+    if release == "humble":
+        with pytest.raises(UnsafeEndpointError, match="the start is in an obstacle"):
+            of(release).plan(metre_map(costs), start, goal)
+    else:
+        assert len(of(release).plan(metre_map(costs), start, goal)) == 13
+    costs[3:6, 2:5] = 254
+    kind = UnsafeEndpointError if release == "humble" else EndpointError
+    with pytest.raises(kind, match="the start is in" if release == "humble" else "all cells around the start are"):
+        of(release).plan(metre_map(costs), start, goal)
+
+
+@pytest.mark.parametrize("release", RELEASES)
+def test_a_free_start_between_obstacles_and_the_edge_of_the_map(release):
+    """Only since Jazzy has the failure after a single iteration a name of its own."""
+    costs = np.zeros((6, 20), np.uint8)
+    costs[:2, :2] = 254
+    costs[0, 0] = 0
+    with pytest.raises(NoPathError) as error:
+        of(release).plan(metre_map(costs), Pose(0.5, 0.5), Pose(15.5, 4.5))
+    assert isinstance(error.value, EndpointError) == (release != "humble")
+
+
+@pytest.mark.parametrize(
+    ("release", "tolerance", "blocked", "refused"),
+    [
+        ("humble", 0.0, 1, False),
+        ("jazzy", 0.0, 1, True),
+        ("jazzy", 0.1, 1, False),
+        ("jazzy", 0.1, 5, False),
+        ("lyrical", 0.0, 1, False),
+        ("lyrical", 0.1, 5, True),
+        ("lyrical", 4.0, 5, False),
+    ],
+)
+def test_an_occupied_goal(release, tolerance, blocked, refused):
+    """Jazzy refuses it without a tolerance; Lyrical where no cell within it, and within a cell, is free."""
+    costs, around = np.zeros((11, 30), np.uint8), blocked // 2
+    costs[5 - around : 6 + around, 20 - around : 21 + around] = 254
+    planner, ends = of(release, tolerance=tolerance), (Pose(2.5, 5.5), Pose(20.5, 5.5))
+    if tolerance > blocked / 2:
+        assert len(planner.plan(metre_map(costs), *ends))
+        return
+    with pytest.raises(NoPathError, match="the goal is in an obstacle" if refused else "not connected") as error:
+        planner.plan(metre_map(costs), *ends)
+    assert isinstance(error.value, EndpointError) == refused
+
+
+@pytest.mark.parametrize("release", RELEASES)
+def test_lyricals_path_ends_at_the_goals_position(release):
+    costs, start, goal = np.zeros((5, 30), np.uint8), Pose(1.2, 2.7), Pose(21.9, 2.1, 1.0)
+    path = of(release).plan(metre_map(costs), start, goal)
+    assert path[-1].tolist() == ([21.9, 2.1, 1.0] if release == "lyrical" else [21.5, 2.5, 1.0])
+    approach = of(release, use_final_approach_orientation=True).plan(metre_map(costs), start, goal)
+    assert approach[-1, 2] == pytest.approx(np.arctan2(-0.4, 1.4) if release == "lyrical" else 0.0)
+    near = of(release, tolerance=2.5)
+    costs[:, 20:] = 254
+    costs[:, 22] = 0
+    assert near.plan(metre_map(costs), start, Pose(21.1, 2.5))[-1, :2].tolist() == [19.5, 2.5]
+
+
+@pytest.mark.parametrize("release", RELEASES)
+def test_a_plan_from_the_goals_own_cell(release):
+    costs, start, goal = np.full((3, 3), 254, np.uint8), Pose(1.2, 1.7, 0.5), Pose(1.9, 1.1, 1.0)
+    if release == "humble":
+        with pytest.raises(EndpointError, match="the robot stands on an obstacle"):
+            of(release).plan(metre_map(costs), start, goal)
+        costs[:] = 0
+    (pose,) = of(release).plan(metre_map(costs), start, goal).tolist()
+    assert pose == ([1.9, 1.1, 1.0] if release == "lyrical" else [1.2, 1.7, 1.0])

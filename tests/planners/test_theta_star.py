@@ -15,6 +15,7 @@ from gym_mapbench.costmap import Costmap
 from gym_mapbench.errors import EndpointError, NoPathError, UnsafeEndpointError
 from gym_mapbench.kernels.theta_star import length_in_sight, search_corners
 from gym_mapbench.planners.theta_star import ThetaStarParams, ThetaStarPlanner
+from gym_mapbench.releases import RELEASES
 from gym_mapbench.world.scenario import Pose
 
 
@@ -187,6 +188,29 @@ def test_start_and_goal_must_be_safe(cost, at_start, at_goal):
     for ends, kind in (((unsafe, safe), at_start), ((safe, unsafe), at_goal)):
         with pytest.raises(kind, match="start or goal is in an obstacle"):
             ThetaStarPlanner().plan(metre_map(costs), *ends)
+
+
+@pytest.mark.parametrize("release", RELEASES)
+def test_a_second_plan_from_a_cell_on_an_obstacle_begins_since_jazzy(release):
+    """Each plan first frees the cell from which the plan before it began, and the costmap's corner at first."""
+    costs = np.zeros((8, 12), np.uint8)
+    costs[3, 3] = costs[6, 6] = costs[0, 0] = 253
+    costmap, goal = metre_map(costs), Pose(10.5, 3.5)
+    planner = ThetaStarPlanner(ThetaStarParams(release=release))
+    corner, first, other = Pose(0.5, 0.5), Pose(3.5, 3.5), Pose(6.5, 6.5)
+
+    def begins(start):
+        try:
+            return len(planner.plan(costmap, start, goal)) > 0
+        except UnsafeEndpointError:
+            return False
+
+    begun = [begins(start) for start in (corner, first, first, other, first, first)]
+    assert begun == ([True, False, True, False, False, True] if release != "humble" else [False] * 6)
+    assert costmap.costs[3, 3] == 253, "the costmap itself stays"
+    with pytest.raises(EndpointError):
+        planner.plan(metre_map(np.full((8, 12), 254)), other, goal)
+    assert begins(first) == (release != "humble"), "a plan to an occupied goal leaves all as it is"
 
 
 def test_unknown_cells_are_crossed_if_allowed():

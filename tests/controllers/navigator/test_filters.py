@@ -70,9 +70,8 @@ class TestKeepout:
         """NavFn's paths are half a cell off, so the outermost cells of the zone do not count."""
         mask, core = zone(x, x + width, y, y + height), zone(x + 0.05, x + width - 0.05, y + 0.05, y + height - 0.05)
         costmap = LayeredCostmap(navigation(release, mask).global_costmap, OPEN, Footprint.from_radius(0.22))
-        params = {"release": release} if planner == "navfn" else {}
         try:
-            path = make_planner(planner, **params).plan(costmap.update(ACROSS.start), ACROSS.start, ACROSS.goal)
+            path = make_planner(planner, release=release).plan(costmap.update(ACROSS.start), ACROSS.start, ACROSS.goal)
         except PlanningError:
             return
         assert not inside(core, path).any()
