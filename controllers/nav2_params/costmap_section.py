@@ -10,11 +10,14 @@ from controllers.nav2_params.filters_section import FiltersFound
 from controllers.nav2_params.keys import COSTMAP
 from controllers.nav2_params.plugins import COSTMAP_LAYERS, names_in_ros, stand_in
 from gym_mapbench.costmap import LAYERS, OBSERVATION_SOURCE, CostmapParams
+from gym_mapbench.costmap.inflation_layer import LEGACY, adapt_legacy
 from gym_mapbench.errors import ConfigError
 from gym_mapbench.ros_params import Section, known_class, parameter_names, refuse_missing
 
 DEFAULT_LAYERS = ("static_layer", "obstacle_layer", "inflation_layer")
 """Nav2's own list of layers; only where ``plugins`` is this list, a file may leave out their classes."""
+LEGACY_LAYERS = {"inflation_layer": LEGACY}
+"""Further classes of layers."""
 SOURCES = ("LaserScan", "PointCloud2")
 """Types of the sources that the lidar stands for, the preferred one first."""
 COLLECTED = ("plugins", "layers", "release", "keepout_filters", "speed_filters")
@@ -124,11 +127,12 @@ def _layer_kind(section: Section, name: str, has_default: bool) -> tuple[str | N
     if ros_class is None:
         only = f"; Nav2 has one only if plugins are {', '.join(DEFAULT_LAYERS)}" if name in DEFAULT_LAYERS else ""
         raise ConfigError(f"{where}: expected the class of this layer, got none{only}")
-    kind = known_class(ros_class, names_in_ros(COSTMAP_LAYERS))
-    if kind is None:
-        return stand_in(ros_class, COSTMAP_LAYERS), True
-    refuse_missing(COSTMAP_LAYERS[kind].names, release, where)
-    return kind, False
+    for classes in (names_in_ros(COSTMAP_LAYERS), LEGACY_LAYERS):
+        kind = known_class(ros_class, classes)
+        if kind is not None:
+            refuse_missing(classes[kind], release, where)
+            return kind, False
+    return stand_in(ros_class, COSTMAP_LAYERS), True
 
 
 def _take_sources(section: Section, group: Section, shared: object) -> dict[str, Section]:
@@ -174,7 +178,8 @@ def _one_of_each(layers: list[Layer], data_type: str) -> list[Layer]:
 def _read_layer(layer: Layer, data_type: str) -> dict[str, Any]:
     """Read a layer, with its lidar if it has sources."""
     group, plugin = layer.group, COSTMAP_LAYERS[layer.kind]
-    group.values.pop("plugin", None)
+    if known_class(group.values.pop("plugin", None), LEGACY_LAYERS):
+        adapt_legacy(group)
     values = plugin.read(group)
     return {**values, "scan": _read_sources(layer, data_type)} if LAYERS.get(layer.kind).observes else values
 

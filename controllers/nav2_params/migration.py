@@ -18,6 +18,7 @@ import yaml
 
 from controllers.nav2_params import lyrical_migration
 from controllers.nav2_params.controller_migration import migrate_controller
+from controllers.nav2_params.costmap_section import LEGACY_LAYERS
 from controllers.nav2_params.document import PARAMETERS
 from controllers.nav2_params.migration_rules import (
     LYRICALS,
@@ -36,12 +37,14 @@ from controllers.nav2_params.monitor_migration import NODE as MONITOR
 from controllers.nav2_params.monitor_migration import migrate_monitor
 from controllers.nav2_params.nodes import Node, all_nodes, is_of_nav2
 from controllers.nav2_params.older import OLD_BEHAVIORS, OLD_NODES, todays_names
+from controllers.nav2_params.plugins import COSTMAP_LAYERS
 from controllers.nav2_params.recognition import recognise
 from controllers.nav2_params.signs import kilted_key
 from controllers.nav2_params.yaml_edits import Edits, Entry, as_yaml, entries
 from controllers.releases import Release
 from gym_mapbench.errors import ConfigError
 from gym_mapbench.files.documents import parse_yaml, read_document_text
+from gym_mapbench.ros_params import known_class
 
 
 @dataclass(frozen=True)
@@ -153,6 +156,10 @@ def _migrate_entry(work: Work, full: str, node: str, entry: Entry) -> None:
         _trim_tree_plugins(work, full, entry)
     if node in RESPELT and entry.name.endswith(".plugin"):
         _respell(work, full, entry)
+    if work.target != "lyrical" and known_class(entry.value.value, LEGACY_LAYERS):
+        new = COSTMAP_LAYERS["inflation_layer"].names[work.target]
+        work.edits.replace(entry, as_yaml(new))
+        work.say(f"{full}.{entry.name}", entry.line, f"written {new}, which finds the same distances")
 
 
 def _is_unknown(work: Work, node: str, entry: Entry) -> bool:

@@ -13,6 +13,7 @@ from typing import Any
 import yaml
 
 from controllers.dwb.plugin import critic_class
+from controllers.nav2_params.costmap_section import LEGACY_LAYERS
 from controllers.nav2_params.migration import parameter_groups
 from controllers.nav2_params.migration_work import OWN_OF_SHIM
 from controllers.nav2_params.navigation import ControllerPlugin, NavigationParams
@@ -120,8 +121,9 @@ def _named_as_in(group: yaml.MappingNode, name: str) -> str:
     """Return a name with the layer in front as the file names it: the first group of the layer's class."""
     layer, _, rest = name.partition(".")
     classes = {layer: COSTMAP_LAYERS[layer].names} if layer in COSTMAP_LAYERS else {}
+    further = {layer: LEGACY_LAYERS[layer]} if layer in LEGACY_LAYERS else {}
     for entry in entries(group):
-        if entry.key.value == "plugin" and known_class(entry.value.value, classes):
+        if entry.key.value == "plugin" and any(known_class(entry.value.value, each) for each in (classes, further)):
             return f"{entry.name.rpartition('.')[0]}.{rest}"
     return name
 

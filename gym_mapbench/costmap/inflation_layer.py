@@ -1,6 +1,6 @@
 """The inflation layer: cost around obstacles.
 
-Source: nav2_costmap_2d/plugins/inflation_layer.cpp.
+Source: nav2_costmap_2d/plugins/inflation_layer.cpp, legacy_inflation_layer.cpp (Lyrical).
 """
 
 from __future__ import annotations
@@ -8,7 +8,7 @@ from __future__ import annotations
 import functools
 import math
 from collections.abc import Mapping
-from typing import ClassVar
+from typing import Any, ClassVar
 
 import numpy as np
 from numpy.typing import NDArray
@@ -19,11 +19,13 @@ from gym_mapbench.errors import ConfigError
 from gym_mapbench.kernels.inflation import inflate, widen
 from gym_mapbench.quantities import NonNegative
 from gym_mapbench.releases import Release
-from gym_mapbench.ros_params import Keys, RosPlugin, in_every_release
+from gym_mapbench.ros_params import Keys, RosPlugin, Section, in_every_release, since
 from gym_mapbench.settings import ExtendedSettings
 from gym_mapbench.world.scenario import Pose
 
 MAX_REACH_CELLS = 2000
+LEGACY = since("lyrical", "nav2_costmap_2d::LegacyInflationLayer")
+"""The class of the inflation layer that finds distances as before Lyrical."""
 EVERYWHERE = -math.inf, -math.inf, math.inf, math.inf
 
 
@@ -41,9 +43,10 @@ class InflationLayer(ExtendedSettings):
         inflate_around_unknown: Whether unknown cells are inflated like obstacles.
         custom_inscribed_radius: Lyrical: radius around obstacles with the cost of a collision, m; the footprint's
             inscribed radius if it is negative.
+        brushfire: Lyrical: whether the layer is the ``LegacyInflationLayer``, which finds distances as older releases.
     """
 
-    newer: ClassVar[tuple[str, ...]] = ("custom_inscribed_radius",)
+    newer: ClassVar[tuple[str, ...]] = ("custom_inscribed_radius", "brushfire")
     MISSING: ClassVar[Mapping[Release, Mapping[str, str]]] = {
         "humble": {"custom_inscribed_radius": _FROM_FOOTPRINT},
         "jazzy": {"custom_inscribed_radius": _FROM_FOOTPRINT},
@@ -55,6 +58,7 @@ class InflationLayer(ExtendedSettings):
     inflate_unknown: bool = False
     inflate_around_unknown: bool = False
     custom_inscribed_radius: float = -1.0
+    brushfire: bool = False
 
 
 @functools.lru_cache(maxsize=64)
@@ -92,7 +96,7 @@ class Inflation(Layer):
         if self._reach > MAX_REACH_CELLS:
             raise ConfigError(f"inflation_radius: expected at most {MAX_REACH_CELLS} cells, got {self._reach}")
         release = context.costmap.release
-        self._reset_is_news, self._exact = release != "humble", release == "lyrical"
+        self._reset_is_news, self._exact = release != "humble", release == "lyrical" and not options.brushfire
         custom = options.custom_inscribed_radius
         inscribed_radius = context.footprint.inscribed_radius if custom < 0.0 else custom
         self._cost_of = inflation_costs(options, self._reach, context.resolution, inscribed_radius, self._exact)
@@ -131,21 +135,37 @@ class Inflation(Layer):
         self._before, self._inflated = before, inside.copy()
 
 
-def check_inscribed_radius(layer: InflationLayer, release: Release) -> None:
-    """Refuse an inscribed radius of the layer's own in a release that does not have it.
+def check_options(layer: InflationLayer, release: Release) -> None:
+    """Refuse options that a release, or Lyrical's ``LegacyInflationLayer``, does not have.
 
     Raises:
         ConfigError: Beginning with the name of the option.
     """
     if release in InflationLayer.MISSING and layer.custom_inscribed_radius >= 0.0:
         raise ConfigError(f"custom_inscribed_radius: Nav2 {release.capitalize()} has none: {_FROM_FOOTPRINT}")
+    if layer.brushfire and release != "lyrical":
+        raise ConfigError(f"brushfire: expected false, as all layers of Nav2 {release.capitalize()} find distances so")
+    if layer.brushfire and layer.custom_inscribed_radius >= 0.0:
+        raise ConfigError(f"custom_inscribed_radius: the LegacyInflationLayer has none: {_FROM_FOOTPRINT}")
+
+
+def adapt_legacy(group: Section) -> None:
+    """Bring the section of Lyrical's other inflation layer into the form of the layer that finds distances so."""
+    group.values["brushfire"] = True
+    if "custom_inscribed_radius" in group.values:
+        group.leave("custom_inscribed_radius")
+
+
+def arrange(values: dict[str, Any], release: Release) -> dict[str, Any]:
+    """Write the class of Lyrical's other inflation layer for the option."""
+    return values | {"plugin": LEGACY[release]} if values.pop("brushfire", False) else values
 
 
 INFLATION_LAYER = LayerEntry(
     InflationLayer,
     Inflation,
     widens_when_disabled=True,
-    check=check_inscribed_radius,
+    check=check_options,
     nav2=RosPlugin(
         in_every_release("nav2_costmap_2d::InflationLayer"),
         "the inflation layer",
@@ -158,6 +178,7 @@ INFLATION_LAYER = LayerEntry(
                 "num_threads": "it changes the computing time only",
             },
         ),
-        stands_in_for=("LegacyInflationLayer", "AsymmetricInflationLayer"),
+        stands_in_for=("AsymmetricInflationLayer",),
+        arrange=arrange,
     ),
 )

@@ -203,6 +203,17 @@ def test_the_round_trip_through_lyrical_keeps_the_controllers(migrate):
     assert parameters(back.text, "bt_navigator")["error_code_names"] == ["compute_path_error_code", "my_error_code"]
 
 
+@pytest.mark.parametrize("target", ["humble", "jazzy"])
+def test_the_legacy_inflation_layer_is_the_layer_of_older_releases(migrate, target):
+    layer = "{plugin: nav2_costmap_2d::LegacyInflationLayer, inflation_radius: 0.4}"
+    text = f"local_costmap: {{local_costmap: {{ros__parameters: {{plugins: [old], old: {layer}}}}}}}\n"
+    migration = migrate(text, target, "lyrical")
+    assert text.replace("Legacy", "") == migration.text
+    wanted = "local_costmap.local_costmap.old.plugin: written nav2_costmap_2d::InflationLayer, which finds the same"
+    assert any(wanted in line for line in migration.done)
+    assert migrate(text, "lyrical", "lyrical").text == text
+
+
 def test_a_rotation_shims_primary_controller_gets_a_block_and_gives_it_back(migrate):
     migration = migrate(SHIM, "lyrical", "humble")
     assert "# slow" in migration.text

@@ -169,10 +169,35 @@ def test_the_back_up_has_limits_and_the_layer_a_radius_of_its_own():
 
 
 def test_other_inflation_layers_are_approximated():
-    document = with_layers(["old"], old={"plugin": "nav2_costmap_2d::LegacyInflationLayer", "inflation_radius": 0.4})
+    document = with_layers(["old"], old={"plugin": "mine::AsymmetricInflationLayer", "inflation_radius": 0.4})
     read = parse_nav2_params(document, release="lyrical")
     assert read.navigation.local_costmap.inflation_layer.inflation_radius == 0.4
     assert read.named("replaced") == ("local_costmap.local_costmap.old",)
+
+
+def test_the_legacy_inflation_layer_finds_distances_as_before_lyrical():
+    legacy = {"plugin": "nav2_costmap_2d::LegacyInflationLayer", "inflation_radius": 0.4}
+    document = with_layers(["old"], old=legacy)
+    read = parse_nav2_params(document, release="lyrical")
+    assert read.navigation.local_costmap.inflation_layer == InflationLayer(inflation_radius=0.4, brushfire=True)
+    assert (read.named("replaced"), read.named("unknown")) == ((), ())
+    written = write_nav2_params(read.navigation)
+    group = written["local_costmap"]["local_costmap"]["ros__parameters"]["inflation_layer"]
+    assert group["plugin"] == legacy["plugin"]
+    assert "brushfire" not in group
+    again = parse_nav2_params(written, release="lyrical").navigation
+    assert again.local_costmap.inflation_layer == read.navigation.local_costmap.inflation_layer
+    legacy["custom_inscribed_radius"] = 0.3
+    read = parse_nav2_params(document, release="lyrical")
+    assert read.navigation.local_costmap.inflation_layer.custom_inscribed_radius == -1.0
+    assert read.named("unused") == ("local_costmap.local_costmap.old.custom_inscribed_radius",)
+    for release in ("humble", "jazzy"):
+        with pytest.raises(ConfigError, match=r"old\.plugin: Nav2 \w+ has no LegacyInflationLayer; --nav2 lyrical has"):
+            parse_nav2_params(document, release=release)
+        with pytest.raises(ConfigError, match=r"inflation_layer\.brushfire: expected false, as all layers of Nav2"):
+            CostmapParams(inflation_layer=InflationLayer(brushfire=True), release=release)
+    with pytest.raises(ConfigError, match="custom_inscribed_radius: the LegacyInflationLayer has none"):
+        CostmapParams(inflation_layer=InflationLayer(brushfire=True, custom_inscribed_radius=0.3), release="lyrical")
 
 
 # --- Refusals --------------------------------------------------------------------------------------------------------

@@ -76,6 +76,19 @@ def test_reach_of_the_inflation():
     assert costs[0, 12] == FREE_SPACE
 
 
+def test_lyricals_legacy_layer_is_jazzys_and_its_new_layer_is_exact():
+    """The brushfire gives some cells another obstacle than the nearest, and costs at the distance itself."""
+    occupied = np.random.default_rng(3).random((60, 60)) < 0.01
+    costs = {}
+    for release, options in (("jazzy", {}), ("lyrical", {"brushfire": True}), ("lyrical", {})):
+        layer = InflationLayer(inflation_radius=1.0, cost_scaling_factor=3.0, **options)
+        params = CostmapParams(inflation_layer=layer, release=release)
+        costs[release, bool(options)] = build_static_costmap(GridMap(occupied), params, DISC).costs
+    assert np.array_equal(costs["jazzy", False], costs["lyrical", True])
+    differences = (costs["lyrical", True] != costs["lyrical", False]).sum()
+    assert 0 < differences < 0.1 * occupied.size
+
+
 def test_unknown_cells_take_inscribed_costs_only():
     unknown = np.zeros((1, 12), bool)
     unknown[0, 4:6] = True
