@@ -41,8 +41,9 @@ def adapt(section: Section) -> None:
     take_motion_model(section)
     _take_validator(section)
     section.correct("sgf_order", (1, 2), 2)
-    for key in ("vy_std", "AckermannConstraints.min_turning_r"):
-        _drop_zero(section, key)
+    _drop_zero(section, "vy_std")
+    if section.values.get("motion_model") != "Ackermann":
+        _drop_zero(section, "AckermannConstraints.min_turning_r")
     if section.values.get("motion_model") == "Omni":
         section.values["motion_model"] = "DiffDrive"
         why = "driven as DiffDrive: the robots here cannot move sideways"
@@ -68,10 +69,10 @@ def _take_validator(section: Section) -> None:
 
 
 def _drop_zero(section: Section, key: str) -> None:
-    """Leave out a 0, which is not a valid value, if the motion model does not read it."""
+    """Leave out a 0, which is not a valid value, of a parameter that the motion model does not read."""
     *inner, name = key.split(".")
     holder = section.values.get(inner[0], {}) if inner else section.values
-    if isinstance(holder, dict) and holder.get(name) in (0, 0.0) and section.values.get("motion_model") != "Ackermann":
+    if isinstance(holder, dict) and holder.get(name) in (0, 0.0):
         del holder[name]
         section.findings.add("unused", f"{section.name}.{key}", "this motion model does not read it")
 

@@ -1,10 +1,12 @@
 """The servers that give costmap filters their masks: an info server names a topic, and a mask server publishes there.
 
+The nodes of a file have names of the user's choice: a server is known by its usual name or by the key of its topic.
 Topics are compared without a leading slash.
 """
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from dataclasses import dataclass, field
 from pathlib import Path
 
@@ -101,12 +103,13 @@ class FilterServers:
         """Return the section of the server that publishes on a topic."""
         default = settings.model_fields[key].default
         for node in self.nodes:
-            if node.name.endswith(end) and node.group is not None:
-                section = Section(node.full, node.group[PARAMETERS], self.findings)
+            values = node.group[PARAMETERS] if node.group is not None else None
+            if isinstance(values, Mapping) and (node.name.endswith(end) or key in values):
+                section = Section(node.full, values, self.findings)
                 if same_topic(section.values.get(key, default), topic):
                     self.used.add(node.full)
                     return section
-        raise NoMaskError(f"the file has no node *{end} whose {key} is {topic}")
+        raise NoMaskError(f"the file has no node whose {key} is {topic}")
 
 
 def same_topic(one: object, other: object) -> bool:

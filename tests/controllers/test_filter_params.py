@@ -163,7 +163,20 @@ def test_filters_among_the_layers_without_effect_are_listed_with_the_reason(fold
     found = findings(given)
     assert found["off"] == ("unused", "it is not enabled")
     assert found["switch"] == ("ros_only", "nobody here listens to its switch")
-    assert found["lost"] == ("left_out", "the file has no node *filter_info_server whose filter_info_topic is x")
+    assert found["lost"] == ("left_out", "the file has no node whose filter_info_topic is x")
+
+
+def test_servers_may_have_any_name(folder):
+    """In Nav2 a mask comes from a map server of any name."""
+    more = {
+        "keepout_filter_mask_server": None,
+        "keepout_costmap_filter_info_server": None,
+        "zones_info": KEEPOUT_SERVERS["keepout_costmap_filter_info_server"],
+        "zones_map": KEEPOUT_SERVERS["keepout_filter_mask_server"],
+    }
+    given = read(folder, more=more, zones=keepout())
+    assert given.navigation.global_costmap.keepout_filters["zones"].mask == MASK
+    assert not given.named("left_out")
 
 
 def test_absolute_limits(folder):
@@ -185,12 +198,12 @@ def test_absolute_limits(folder):
         (
             {"zones": keepout(filter_info_topic="elsewhere")},
             "left_out",
-            "the file has no node *filter_info_server whose filter_info_topic is elsewhere",
+            "the file has no node whose filter_info_topic is elsewhere",
         ),
         (
             {"zones": keepout(), "more": {"keepout_filter_mask_server": None}},
             "left_out",
-            "the file has no node *filter_mask_server whose topic_name is /keepout_mask",
+            "the file has no node whose topic_name is /keepout_mask",
         ),
         (
             {"zones": keepout(), "more": {"keepout_filter_mask_server": node(topic_name="keepout_mask")}},
