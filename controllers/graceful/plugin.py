@@ -19,10 +19,13 @@ LIMITS = {"max_linear_velocity": "v_linear_max", "max_angular_velocity": "v_angu
 def limits(params: Mapping[str, Any]) -> Limits:
     """Return the limits of the robot that the parameters state.
 
-    ``v_angular_max`` does not limit turns on the spot, of which half a turn is the fastest.
+    ``v_angular_max`` does not limit turns on the spot, of which half a turn is the fastest. Backwards the robot is as
+    fast as forwards, if at all.
     """
     half_turn = params["rotation_scaling_factor"] * math.pi * params["v_angular_max"]
-    return highest([named_limits(params, LIMITS), {"max_angular_velocity": float(half_turn)}])
+    backwards = params["allow_backward"] and not params["initial_rotation"]
+    reverse = {"max_reverse_velocity": params["v_linear_max"]} if backwards else {}
+    return highest([named_limits(params, LIMITS), {"max_angular_velocity": float(half_turn)}, reverse])
 
 
 def advice(params: Mapping[str, Any]) -> str:

@@ -3,10 +3,9 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from functools import partial
 from typing import Any
 
-from controllers.descriptor import Nav2Controller, named_limits
+from controllers.descriptor import Limits, Nav2Controller, highest, named_limits
 from controllers.releases import Release
 from controllers.rpp.lyrical import make_rpp
 from controllers.rpp.params import RENAMED_KEYS, ROS_ONLY_KEYS, RppParams
@@ -47,6 +46,14 @@ def arrange(values: dict[str, Any], release: Release) -> dict[str, Any]:
     return {lyrical.get(name, name): value for name, value in values.items()}
 
 
+def limits(params: Mapping[str, Any]) -> Limits:
+    """Return the limits of the robot that the parameters state; backwards it is as fast as forwards, if at all."""
+    turns = params["release"] == "humble" and params["use_rotate_to_heading"]
+    backwards = params["desired_linear_vel"] if params["allow_reversing"] and not turns else 0.0
+    named = named_limits(params, {"max_linear_velocity": "desired_linear_vel", **TURNING})
+    return highest([named, {"max_reverse_velocity": backwards}]) if backwards else named
+
+
 def advice(params: Mapping[str, Any]) -> str:
     """Say that the collision check may stop the robot in bends."""
     ahead = params["lookahead_dist"]
@@ -75,7 +82,7 @@ RPP = Nav2Controller(
     adapt=adapt,
     arrange=arrange,
     make=make_rpp,
-    limits=partial(named_limits, sources={"max_linear_velocity": "desired_linear_vel", **TURNING}),
+    limits=limits,
     advice=advice,
     relative_cost=1.0,
 )

@@ -822,6 +822,25 @@ def test_the_smoothers_limits_are_the_robots_or_else_its_controllers():
     assert (robot.max_linear_acceleration, robot.max_angular_acceleration) == (2.5, 4.0)
 
 
+@pytest.mark.parametrize(
+    ("controller", "reverse"),
+    [
+        ({**RPP, "desired_linear_vel": 0.4, "allow_reversing": True, "use_rotate_to_heading": False}, (0.4, 0.4)),
+        ({**RPP, "desired_linear_vel": 0.4, "allow_reversing": True}, (0.05, 0.4)),
+        ({**RPP, "desired_linear_vel": 0.4}, (0.05, 0.15)),
+        ({**GRACEFUL, "v_linear_max": 0.4, "allow_backward": True, "initial_rotation": False}, (0.4, 0.4)),
+        ({**GRACEFUL, "v_linear_max": 0.4, "allow_backward": True}, (0.05, 0.15)),
+        ({**SHIM, "primary_controller": RPP["plugin"], "allow_reversing": True, "desired_linear_vel": 0.4,
+          "use_rotate_to_heading": False}, (0.4, 0.4)),
+    ],
+)  # fmt: skip
+def test_a_controller_that_may_drive_backwards_does_so_as_fast_as_forwards(controller, reverse):
+    """The robot's limit was that of the back-up. Humble's RPP does not reverse with ``use_rotate_to_heading``."""
+    for release, expected in zip(("humble", "jazzy"), reverse, strict=True):
+        read = parse_nav2_params(with_controller(controller), release=release)
+        assert robot_of(read, RobotSpec()).max_reverse_velocity == expected
+
+
 def test_a_footprint_becomes_a_body_of_at_most_eight_corners_and_no_dents():
     angles = [i * math.pi / 10 for i in range(20)]
     round_one = str([[round(math.cos(a), 3), round(math.sin(a), 3)] for a in angles])
