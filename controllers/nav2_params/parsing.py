@@ -248,12 +248,14 @@ def _read_behavior(server: Section, name: str) -> bool:
     group = server.take_group(name)
     ros_class = str(group.values.pop("plugin", BEHAVIORS[name][group.findings.release]))
     refuse_slash(ros_class, group.findings.release, f"{group.name}.plugin")
-    own = group.values if name == "backup" else {}
-    for key in group.values.keys() - own.keys():
-        server.findings.add("left_out", f"{group.name}.{key}", "this behaviour has no settings of its own here")
     if _last_part(ros_class) != _last_part(BEHAVIORS[name][group.findings.release]):
         server.findings.add("left_out", group.name, f"{ros_class}: this behaviour is not built")
         return False
+    own = group.values if name == "backup" else {}
+    for key in group.values.keys() - own.keys():
+        of_all = key in BehaviorServer.model_fields
+        why = f"all behaviours read {server.name}.{key}" if of_all else "this behaviour has no parameters of its own"
+        server.findings.add("unused", f"{group.name}.{key}", why)
     server.values |= {name: own} if own else {}
     return True
 

@@ -26,7 +26,7 @@ Kind = Literal[
 KINDS: dict[Kind, str] = {
     "ros_only": "mean nothing without ROS",
     "unused": "Nav2 does not use either",
-    "other_release": "only other releases have",
+    "other_release": "only other releases or plugins have",
     "unknown": "are no parameters of their plugin",
     "renamed": "are read under another release's name",
     "replaced": "something else stands in for",

@@ -597,6 +597,17 @@ def test_plugins_for_which_nav2s_default_tree_asks_are_named():
     assert wanted in lines
 
 
+def test_a_behaviour_has_no_parameters_of_its_own():
+    """In Nav2 each behaviour reads those of the server."""
+    spin = {"plugin": "nav2_behaviors/Spin", "simulate_ahead_time": 0.5, "speed": 1.0}
+    read = parse_nav2_params({"behavior_server": node(behavior_plugins=["spin"], spin=spin)})
+    assert read.navigation.behavior_server.simulate_ahead_time == 2.0
+    assert {finding.name: finding.why for finding in read.findings if finding.kind == "unused"} == {
+        "behavior_server.spin.simulate_ahead_time": "all behaviours read behavior_server.simulate_ahead_time",
+        "behavior_server.spin.speed": "this behaviour has no parameters of its own",
+    }
+
+
 def test_humbles_back_up_is_read_with_its_limits_and_jazzys_has_none():
     server = node(behavior_plugins=["backup"], backup={"plugin": "nav2_behaviors/BackUp", "acceleration_limit": 2.5})
     read = parse_nav2_params({"behavior_server": server}, release="humble")
