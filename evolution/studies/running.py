@@ -9,9 +9,9 @@ from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import Literal
 
-from evolution.driving import DEFAULT_RESOURCES, Evaluator, Job, OnRun, Resources, RunResult, models_of, preparation_of
+from evolution.driving import DEFAULT_RESOURCES, Evaluator, Job, OnRun, Resources, RunResult, models_of
 from evolution.files import WriteError
-from evolution.runs import RecordedExperiment, exclusive_store, load_run
+from evolution.runs import RecordedExperiment, exclusive_evaluator, load_run
 from evolution.search import Progress
 from evolution.studies.analysis.loading import load_results
 from evolution.studies.analysis.results import StudyResults
@@ -88,11 +88,8 @@ def run_study(
     chosen = _chosen(settings, tasks, only)
     seeds = settings.seeds[: settings.runs if runs is None else runs]
     directory = _directory(path, settings, begun, tasks)
-    prepare = preparation_of((task.experiment.controllers, task.experiment.run) for task in chosen)
-    with (
-        exclusive_store(STUDY, directory.path, resources.wait_s) as store,
-        resources.evaluator(run_study_job, store, prepare, _StudyEvaluator) as evaluator,
-    ):
+    plans = [task.experiment.plan for task in chosen]
+    with exclusive_evaluator(STUDY, directory.path, resources, run_study_job, plans, _StudyEvaluator) as evaluator:
         work = sum(work_of(first) * len(_of(settings, first, seeds)) for first in chosen)
         study = _Study(directory, evaluator, _Meter(evaluator, work, on_progress))
         for first in chosen:
