@@ -194,14 +194,8 @@ class Evaluator:
 
     def _scheduled(self, executor: Executor, job: Job) -> Future[RunResult]:
         """Submit a job; raises ``PluginError`` if a third-party executor fails, or ``RuntimeError`` if it is broken."""
-        broken = None
-        with EXECUTORS.blamed(self.executor):
-            try:
-                scheduled: object = executor.submit(attempt, self.run_job, job)
-            except RuntimeError as error:
-                broken = error
-        if broken is not None:
-            raise broken
+        with EXECUTORS.blamed(self.executor, passing=RuntimeError):
+            scheduled: object = executor.submit(attempt, self.run_job, job)
         if not isinstance(scheduled, Future):
             raise PluginError(f"executor {self.executor!r}: expected a Future of a job, got {scheduled!r:.80}")
         return scheduled
