@@ -129,8 +129,8 @@ def bench(
     plan = JobPlan(specs, settings, root, repeats, tuple(metrics))
     LOG.info("seed %d%s; controllers: %s", root, "" if seed is not None else " (not given)", ", ".join(plan.names))
     kept = None if out is None else begin_benchmark(Path(out), benchmark_document(scenarios, plan), resume=resume)
-    with exclusive_evaluator(BENCHMARK, kept, resources, run_job, [plan]) as evaluator:
-        result = run_all(scenarios, plan, evaluator, on_run)
+    with exclusive_evaluator(BENCHMARK, kept, resources, run_job, [plan], on_run) as evaluator:
+        result = run_all(scenarios, plan, evaluator)
         result = replace(result, metrics=_shown(metrics, result.rows, result.metrics))
         result = result if run is None else replace(result, reevaluation=reevaluation_in(result.rows, run))
         if kept is not None:
@@ -193,8 +193,8 @@ def compare(
     document = configurations_document(scenarios, configurations)
     kept = None if out is None else begin_benchmark(Path(out), document, resume=resume)
     plans = [one.plan for one in configurations]
-    with exclusive_evaluator(BENCHMARK, kept, resources, run_job, plans) as evaluator:
-        rows = run_configurations(scenarios, configurations, evaluator, on_run)
+    with exclusive_evaluator(BENCHMARK, kept, resources, run_job, plans, on_run) as evaluator:
+        rows = run_configurations(scenarios, configurations, evaluator)
     parameters = parameter_rows(configurations)
     result = ParameterComparison(rows, parameters, against_first, tuple(configurations), tuple(scenarios))
     further = [name for one in configurations for name in one.plan.metrics]

@@ -78,10 +78,10 @@ def evolve(
     begun = None if resume is None else RunDir.open(resume)
     wanted = _wanted(experiment, search) if begun is None else experiment_in(begun)
     LOG.info("seed %d; controllers: %s", wanted.search.seed, ", ".join(wanted.plan.names))
-    with resources.evaluator(run_job, warm_up=preparation_of([wanted.plan])) as evaluator:
+    with resources.evaluator(run_job, warm_up=preparation_of([wanted.plan]), on_run=on_run) as evaluator:
         rundir = begun or _begin(wanted, out, evaluator)
         with exclusive_store(RUN, rundir.path, resources.wait_s) as evaluator.store:
-            search_on(wanted, evaluator, rundir, on_generation=on_generation, on_run=on_run)
+            search_on(wanted, evaluator, rundir, on_generation=on_generation)
     run = load_run(rundir.path)
     write_run_figures(run)
     return run

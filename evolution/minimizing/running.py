@@ -37,7 +37,7 @@ OnSmaller = Callable[[Scenario], object]
 class Runner(Protocol):
     """Runs jobs, such as an :class:`~evolution.driving.Evaluator`."""
 
-    def run(self, jobs: Sequence[Job], on_run: OnRun | None = None, /) -> Sequence[RunResult]:
+    def run(self, jobs: Sequence[Job], /) -> Sequence[RunResult]:
         """Return the results of jobs, in their order."""
         ...
 
@@ -98,8 +98,8 @@ def run_minimizing(
     """
     document = {"minimization": _document(scenario, plan, verdict, settings)}
     MINIMIZATION.begin_or_resume(path, document, itemgetter("minimization"), resume=resume)
-    with exclusive_evaluator(MINIMIZATION, path, resources, run_job, [plan]) as evaluator:
-        search = _Search(scenario, plan, verdict, settings, evaluator, on_step, on_run)
+    with exclusive_evaluator(MINIMIZATION, path, resources, run_job, [plan], on_run) as evaluator:
+        search = _Search(scenario, plan, verdict, settings, evaluator, on_step)
         search.measure()
         jobs = [plan.job(scenario, number, 0) for number in range(len(plan.controllers))]
         smallest = search.reduce([drive(job).trajectory for job in jobs])
@@ -147,7 +147,6 @@ class _Search:
     settings: MinimizeSettings
     evaluator: Runner
     on_step: OnStep = lambda _: None
-    on_run: OnRun | None = None
     on_smaller: OnSmaller = lambda _: None
     steps: list[Row] = field(default_factory=list)
 
@@ -206,7 +205,7 @@ class _Search:
         """Return the trials of each scenario, one for each repeat."""
         numbers = range(len(self.plan.names))
         jobs = [self.plan.job(one, number, repeat) for one in scenarios for repeat in repeats for number in numbers]
-        results = iter(self.evaluator.run(jobs, self.on_run))
+        results = iter(self.evaluator.run(jobs))
         return [[{name: next(results) for name in self.plan.names} for _ in repeats] for _ in scenarios]
 
     def _cut(self, obstacles: Sequence[Cells]) -> list[Cells]:

@@ -44,8 +44,8 @@ def run_atlas(
     settings.check(experiment.plan.names)
     document = {"experiment": experiment.document(), "atlas": settings.model_dump(mode="json")}
     ATLAS.begin_or_resume(path, document, _options, resume=resume)
-    with exclusive_evaluator(ATLAS, path, resources, run_job, [experiment.plan]) as evaluator:
-        found = search_atlas(experiment, settings, evaluator, on_step=on_step, on_run=on_run)
+    with exclusive_evaluator(ATLAS, path, resources, run_job, [experiment.plan], on_run) as evaluator:
+        found = search_atlas(experiment, settings, evaluator, on_step=on_step)
         atlas = Atlas(experiment, settings, found)
         atlas.write(path)
     return atlas

@@ -8,7 +8,7 @@ from collections.abc import Iterable, Iterator
 from contextlib import contextmanager
 from pathlib import Path
 
-from evolution.driving import WAIT_SECONDS, Evaluator, JobPlan, Resources, ResultStore, RunJob, preparation_of
+from evolution.driving import WAIT_SECONDS, Evaluator, JobPlan, OnRun, Resources, ResultStore, RunJob, preparation_of
 from evolution.files import DirectoryKind, locked, make_directory, write_bytes
 from evolution.runs.directory import STORE
 from gym_mapbench.errors import MapBenchError, RunError
@@ -46,6 +46,7 @@ def exclusive_evaluator(
     resources: Resources,
     run_job: RunJob,
     plans: Iterable[JobPlan],
+    on_run: OnRun | None = None,
     evaluator_kind: type[Evaluator] = Evaluator,
 ) -> Iterator[Evaluator]:
     """Yield an evaluator that keeps its results in the store of a directory, opened for this process alone.
@@ -56,6 +57,7 @@ def exclusive_evaluator(
         resources: Workers, executor and time limits.
         run_job: Drives one job in a worker process.
         plans: The runs whose kernels the workers load first.
+        on_run: Called after each run with its job, its result, and the number of remaining runs of its batch.
         evaluator_kind: The evaluator's class.
 
     Raises:
@@ -63,7 +65,7 @@ def exclusive_evaluator(
     """
     with (
         ResultStore() if path is None else exclusive_store(kind, path, resources.wait_s) as store,
-        resources.evaluator(run_job, store, preparation_of(plans), evaluator_kind) as evaluator,
+        resources.evaluator(run_job, store, preparation_of(plans), evaluator_kind, on_run=on_run) as evaluator,
     ):
         yield evaluator
 

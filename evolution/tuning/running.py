@@ -68,12 +68,12 @@ def run_tuning(
     text.with_values(plan.own)
     plan.check_ways()
     TUNING.begin_or_resume(path, {"tuning": plan.document()}, _options, resume=resume)
-    with exclusive_evaluator(TUNING, path, resources, run_job, [plan.jobs_with(None)]) as evaluator:
-        rounds = search_in_rounds(plan, evaluator, on_trial, on_run)
-        finalists = validate(rounds[-1].plan, rounds[-1].searched.trials, evaluator, on_run)
+    with exclusive_evaluator(TUNING, path, resources, run_job, [plan.jobs_with(None)], on_run) as evaluator:
+        rounds = search_in_rounds(plan, evaluator, on_trial)
+        finalists = validate(rounds[-1].plan, rounds[-1].searched.trials, evaluator)
         winner = front_of(finalists)[0]
-        of_rounds = matrix(rounds, winner.values, evaluator, on_run) if len(rounds) > 1 else []
-        test = judge(plan, winner, evaluator, on_run)
+        of_rounds = matrix(rounds, winner.values, evaluator) if len(rounds) > 1 else []
+        test = judge(plan, winner, evaluator)
         _write(_Outcome(rounds, finalists, of_rounds, test), text, path)
     return load_tuning(path)
 

@@ -104,8 +104,8 @@ def run_sweep(
     SWEEP.begin_or_resume(path, {"sweep": settings.model_dump(mode="json")}, itemgetter("sweep"), resume=resume)
     every = [(name, job) for name in plans for scenario in scenarios for job in plans[name].jobs(scenario)]
     wanted = [job for name in worlds for scenario in scenarios[:maps] for job in plans[name].jobs(scenario)]
-    with exclusive_evaluator(SWEEP, path, resources, run_job, [plans[name] for name in worlds]) as evaluator:
-        evaluator.run(wanted, on_run)
+    with exclusive_evaluator(SWEEP, path, resources, run_job, [plans[name] for name in worlds], on_run) as evaluator:
+        evaluator.run(wanted)
         results = evaluator.store.get_many(job.key for _, job in every)
         rows = tuple(_row(name, job, results[job.key]) for name, job in every if job.key in results)
         return _written(SweepResults(path, settings, rows))
