@@ -24,7 +24,7 @@ def measure(method: str, seed: int, args: argparse.Namespace, store: ResultStore
     settings = AtlasSettings(
         runs=args.runs, repeats=args.repeats, held_out_seeds=args.held_out_seeds, fresh=METHODS[method]
     )
-    prepare = preparation_of([(experiment.controllers, experiment.run)])
+    prepare = preparation_of([experiment.plan])
     with Evaluator(run_job, store, workers=args.workers, warm_up=prepare) as evaluator:
         found = search_atlas(experiment, settings, evaluator)
     figures = found.searched.cells, found.held_out.cells, found.held_out.coverage, found.held_out.qd_score

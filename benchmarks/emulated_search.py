@@ -24,7 +24,7 @@ from numpy.typing import NDArray
 from pydantic import TypeAdapter
 
 from evolution.commands.options import positive
-from evolution.driving import Evaluator, Job, OnRun, RunResult
+from evolution.driving import Evaluator, Job, RunResult
 from evolution.driving.store import ResultStore
 from evolution.runs import RunDir, experiment_in
 from evolution.search import Experiment, evolve
@@ -74,7 +74,7 @@ class Recorder(Evaluator):
         super().__init__(no_run, store)
         self.maps: dict[str, tuple[Genome | None, Runs]] = {}
 
-    def run(self, jobs: Sequence[Job], on_run: OnRun | None = None) -> list[RunResult]:
+    def run(self, jobs: Sequence[Job]) -> list[RunResult]:
         """Return the recorded results of jobs.
 
         Raises:
@@ -198,7 +198,7 @@ class Emulator(Evaluator):
         self.pools = {kind: Pool.of(some) for kind, some in kinds.items() if kind in whole}
         self._neighbours: dict[str, Neighbours] = {}
 
-    def run(self, jobs: Sequence[Job], on_run: OnRun | None = None) -> list[RunResult]:
+    def run(self, jobs: Sequence[Job]) -> list[RunResult]:
         """Return an emulated result of each job."""
         self.driven += len(jobs)
         return [self.answer(job) for job in jobs]

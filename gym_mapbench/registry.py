@@ -165,21 +165,25 @@ class Registry(Generic[T]):
     def __getitem__(self, name: str) -> T:
         return self.get(name)
 
-    def blamed(self, name: str) -> AbstractContextManager[None]:
+    def blamed(self, name: str, passing: type[Exception] = MapBenchError) -> AbstractContextManager[None]:
         """Say in one line that a third party's entry failed, why, and in which line of it.
 
         Errors of this project pass as they are, and so does whatever its own entries raise.
 
+        Args:
+            name: Name of the entry.
+            passing: Errors that pass as well.
+
         Raises:
             PluginError: Instead of whatever else is raised inside.
         """
-        return UNBLAMED if name in self.built_in else self._blamed(name)
+        return UNBLAMED if name in self.built_in else self._blamed(name, passing)
 
     @contextmanager
-    def _blamed(self, name: str) -> Iterator[None]:
+    def _blamed(self, name: str, passing: type[Exception]) -> Iterator[None]:
         try:
             yield
-        except MapBenchError:
+        except (MapBenchError, passing):
             raise
         except (Exception, SystemExit) as error:
             raise PluginError(f"{self.what} {name!r}: {describe(error)}") from error

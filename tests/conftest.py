@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import os
+import sys
 
 from hypothesis import settings
 
@@ -13,8 +14,10 @@ from evolution.one_thread import use_one_thread
 settings.register_profile("mapbench", deadline=None, derandomize="CI" in os.environ)
 settings.load_profile("mapbench")
 
-# Commands and examples run in processes of their own. Without bytecode files, each of them compiles 500 modules.
+# Commands and examples run in processes of their own. Without bytecode files, each of them compiles 500 modules, and
+# each worker of pytest compiles all tests.
 os.environ.pop("PYTHONDONTWRITEBYTECODE", None)
+sys.dont_write_bytecode = False
 
 # Two workers of pytest, and the processes that they start, share the cores.
 use_one_thread()

@@ -9,8 +9,8 @@ from pathlib import Path
 from typing import Any
 
 from controllers.nav2_params import Nav2Params
-from evolution.api.evaluators import benchmark_evaluator
 from evolution.benchmark import (
+    BENCHMARK,
     RULED,
     Benchmark,
     Configuration,
@@ -26,7 +26,16 @@ from evolution.benchmark import (
     run_configurations,
 )
 from evolution.benchmark import bench as run_all
-from evolution.driving import DEFAULT_RESOURCES, DriveSettings, JobPlan, OnRun, Resources, check_room, try_controllers
+from evolution.driving import (
+    DEFAULT_RESOURCES,
+    DriveSettings,
+    JobPlan,
+    OnRun,
+    Resources,
+    check_room,
+    run_job,
+    try_controllers,
+)
 from evolution.files import Row
 from evolution.inputs import (
     Controllers,
@@ -43,6 +52,7 @@ from evolution.inputs import (
     world_from,
 )
 from evolution.minimizing import Minimized, MinimizeSettings, read_verdict, run_minimizing
+from evolution.runs import exclusive_evaluator
 from gym_mapbench.errors import ConfigError
 from gym_mapbench.mapio import PoseLike
 from gym_mapbench.metrics import ALWAYS
@@ -119,8 +129,8 @@ def bench(
     plan = JobPlan(specs, settings, root, repeats, tuple(metrics))
     LOG.info("seed %d%s; controllers: %s", root, "" if seed is not None else " (not given)", ", ".join(plan.names))
     kept = None if out is None else begin_benchmark(Path(out), benchmark_document(scenarios, plan), resume=resume)
-    with benchmark_evaluator(kept, resources, [plan]) as evaluator:
-        result = run_all(scenarios, plan, evaluator, on_run)
+    with exclusive_evaluator(BENCHMARK, kept, resources, run_job, [plan], on_run) as evaluator:
+        result = run_all(scenarios, plan, evaluator)
         result = replace(result, metrics=_shown(metrics, result.rows, result.metrics))
         result = result if run is None else replace(result, reevaluation=reevaluation_in(result.rows, run))
         if kept is not None:
@@ -182,8 +192,9 @@ def compare(
         try_controllers(one.plan.controllers, one.plan.settings)
     document = configurations_document(scenarios, configurations)
     kept = None if out is None else begin_benchmark(Path(out), document, resume=resume)
-    with benchmark_evaluator(kept, resources, [one.plan for one in configurations]) as evaluator:
-        rows = run_configurations(scenarios, configurations, evaluator, on_run)
+    plans = [one.plan for one in configurations]
+    with exclusive_evaluator(BENCHMARK, kept, resources, run_job, plans, on_run) as evaluator:
+        rows = run_configurations(scenarios, configurations, evaluator)
     parameters = parameter_rows(configurations)
     result = ParameterComparison(rows, parameters, against_first, tuple(configurations), tuple(scenarios))
     further = [name for one in configurations for name in one.plan.metrics]

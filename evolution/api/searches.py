@@ -8,8 +8,7 @@ from pathlib import Path
 from typing import Any
 
 from controllers.nav2_params.presets import overlay
-from evolution.api.evaluators import evaluator_of
-from evolution.driving import DEFAULT_RESOURCES, Evaluator, OnRun, Resources
+from evolution.driving import DEFAULT_RESOURCES, Evaluator, OnRun, Resources, preparation_of, run_job
 from evolution.pictures import write_run_figures
 from evolution.quality_diversity import Atlas, AtlasSettings, ribs_archives, run_atlas
 from evolution.runs import RUN, LoadedRun, RunDir, exclusive_store, experiment_in, load_run
@@ -79,10 +78,10 @@ def evolve(
     begun = None if resume is None else RunDir.open(resume)
     wanted = _wanted(experiment, search) if begun is None else experiment_in(begun)
     LOG.info("seed %d; controllers: %s", wanted.search.seed, ", ".join(wanted.plan.names))
-    with evaluator_of(resources, wanted.plan) as evaluator:
+    with resources.evaluator(run_job, warm_up=preparation_of([wanted.plan]), on_run=on_run) as evaluator:
         rundir = begun or _begin(wanted, out, evaluator)
         with exclusive_store(RUN, rundir.path, resources.wait_s) as evaluator.store:
-            search_on(wanted, evaluator, rundir, on_generation=on_generation, on_run=on_run)
+            search_on(wanted, evaluator, rundir, on_generation=on_generation)
     run = load_run(rundir.path)
     write_run_figures(run)
     return run

@@ -14,7 +14,7 @@ from evolution.benchmark.directory import benchmark_document
 from evolution.benchmark.paired import compare_rows
 from evolution.benchmark.runs import BenchResult, bench_row
 from evolution.benchmark.scores import score_rows
-from evolution.driving import Evaluator, JobPlan, OnRun
+from evolution.driving import Evaluator, JobPlan
 from evolution.files import Row, Table
 from evolution.statistics import holm
 from gym_mapbench.errors import ConfigError, refuse_unknown
@@ -146,14 +146,11 @@ class ParameterComparison(BenchResult):
 
 
 def run_configurations(
-    scenarios: Sequence[Scenario],
-    configurations: Sequence[Configuration],
-    evaluator: Evaluator,
-    on_run: OnRun | None = None,
+    scenarios: Sequence[Scenario], configurations: Sequence[Configuration], evaluator: Evaluator
 ) -> tuple[Row, ...]:
     """Return a row for each run, in the order of configurations, maps and controllers."""
     jobs = [(one.label, job) for one in configurations for scenario in scenarios for job in one.plan.jobs(scenario)]
-    results = evaluator.run([job for _, job in jobs], on_run)
+    results = evaluator.run([job for _, job in jobs])
     return tuple(
         {"configuration": label, **bench_row(job, result)} for (label, job), result in zip(jobs, results, strict=True)
     )

@@ -13,7 +13,7 @@ from pathlib import Path
 import numpy as np
 
 from evolution.benchmark.scores import pair_rows, score_rows
-from evolution.driving import Evaluator, Job, JobPlan, OnRun, RunResult
+from evolution.driving import Evaluator, Job, JobPlan, RunResult
 from evolution.files import Row, Table, Tabled, write_text
 from evolution.runs import Reevaluation
 from gym_mapbench.errors import refuse_unknown
@@ -110,11 +110,11 @@ class Benchmark(BenchResult):
         return list(groups.values())
 
 
-def bench(scenarios: Sequence[Scenario], plan: JobPlan, evaluator: Evaluator, on_run: OnRun | None = None) -> Benchmark:
+def bench(scenarios: Sequence[Scenario], plan: JobPlan, evaluator: Evaluator) -> Benchmark:
     """Return the runs of every controller on every scenario, in the order of scenarios and controllers."""
     jobs = [job for scenario in scenarios for job in plan.jobs(scenario)]
     return Benchmark(
-        tuple(bench_row(job, result) for job, result in zip(jobs, evaluator.run(jobs, on_run), strict=True)),
+        tuple(bench_row(job, result) for job, result in zip(jobs, evaluator.run(jobs), strict=True)),
         plan.metrics,
         scenarios=tuple(scenarios),
         plan=plan,

@@ -65,6 +65,7 @@ class Evaluator:
         executor: What the jobs run on, by its name in :data:`~evolution.driving.executors.EXECUTORS`, or
             ``NAME=ADDRESS`` with the address of a scheduler (``dask=tcp://HOST:PORT``). ``processes``, the default, and
             ``dask`` enforce ``timeout_s`` and lose no more than one run when a process that drives dies; others do not.
+        on_run: Called after every driven run with the job, its result, and how many of its batch are left.
 
     Attributes:
         driven: Runs driven so far.
@@ -81,6 +82,7 @@ class Evaluator:
         retries: int = 1,
         warm_up: WarmUp | None = None,
         executor: str = "processes",
+        on_run: OnRun | None = None,
     ) -> None:
         if workers < 1 or retries < 0 or not timeout_s > 0:
             raise ConfigError(
@@ -93,29 +95,29 @@ class Evaluator:
         self.timeout_s = timeout_s
         self.retries = retries
         self.warm_up = warm_up
+        self.on_run = on_run
         self.executor, _, self.scheduler = executor.partition("=")
         self.driven = 0
         self.reused = 0
         self._make = EXECUTORS.get(self.executor)
         self._executor: Executor | None = None
 
-    def evaluate(self, map_sets: Sequence[MapSet], plan: JobPlan, on_run: OnRun | None = None) -> list[SetResults]:
+    def evaluate(self, map_sets: Sequence[MapSet], plan: JobPlan) -> list[SetResults]:
         """Drive map sets as ``plan`` says; returns ``results[set][map][controller][repeat]``."""
         scenarios = {scenario.digest: scenario for map_set in map_sets for scenario in map_set}
         jobs = [job for scenario in scenarios.values() for job in plan.jobs(scenario)]
-        results = iter(self.run(jobs, on_run))
+        results = iter(self.run(jobs))
         of_scenario = {
             digest: tuple(tuple(next(results) for _ in range(plan.repeats)) for _ in plan.controllers)
             for digest in scenarios
         }
         return [tuple(of_scenario[scenario.digest] for scenario in map_set) for map_set in map_sets]
 
-    def run(self, jobs: Sequence[Job], on_run: OnRun | None = None) -> list[RunResult]:
+    def run(self, jobs: Sequence[Job]) -> list[RunResult]:
         """Return the results of ``jobs`` in their order; only what the store does not know is driven.
 
         Args:
             jobs: May hold the same job several times.
-            on_run: Called after every driven run with the job, its result, and how many are left.
 
         Raises:
             RunError: If no worker can be started.
@@ -130,8 +132,8 @@ class Evaluator:
                 results[job.key] = result
                 self.driven += 1
                 _log_run(job, result)
-                if on_run is not None:
-                    on_run(job, result, left)
+                if self.on_run is not None:
+                    self.on_run(job, result, left)
         except BaseException:
             self.close()
             raise
@@ -194,14 +196,8 @@ class Evaluator:
 
     def _scheduled(self, executor: Executor, job: Job) -> Future[RunResult]:
         """Submit a job; raises ``PluginError`` if a third-party executor fails, or ``RuntimeError`` if it is broken."""
-        broken = None
-        with EXECUTORS.blamed(self.executor):
-            try:
-                scheduled: object = executor.submit(attempt, self.run_job, job)
-            except RuntimeError as error:
-                broken = error
-        if broken is not None:
-            raise broken
+        with EXECUTORS.blamed(self.executor, passing=RuntimeError):
+            scheduled: object = executor.submit(attempt, self.run_job, job)
         if not isinstance(scheduled, Future):
             raise PluginError(f"executor {self.executor!r}: expected a Future of a job, got {scheduled!r:.80}")
         return scheduled

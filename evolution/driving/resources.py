@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable, Mapping
 from typing import Any, Self
 
-from evolution.driving.evaluator import RUN_TIMEOUT_SECONDS, Evaluator
+from evolution.driving.evaluator import RUN_TIMEOUT_SECONDS, Evaluator, OnRun
 from evolution.driving.pool import RunJob, available_cores
 from evolution.driving.store import WAIT_SECONDS, ResultStore
 from gym_mapbench.quantities import Count, NonNegative, Positive
@@ -47,6 +47,7 @@ class Resources(Settings):
         warm_up: Callable[[], object] | None = None,
         kind: type[Evaluator] = Evaluator,
         retries: int = 1,
+        on_run: OnRun | None = None,
     ) -> Evaluator:
         """Return an evaluator that uses these resources.
 
@@ -56,6 +57,7 @@ class Resources(Settings):
             warm_up: Called once in every new worker.
             kind: The evaluator's class.
             retries: Further attempts after an error.
+            on_run: Called after each run with its job, its result, and the number of remaining runs of its batch.
         """
         return kind(
             run_job,
@@ -65,6 +67,7 @@ class Resources(Settings):
             executor=self.executor,
             timeout_s=self.run_timeout_s,
             retries=retries,
+            on_run=on_run,
         )
 
 

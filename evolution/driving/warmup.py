@@ -22,7 +22,7 @@ from controllers.nav2_params import NavigationParams, load_preset
 from controllers.navigator.navigator import Navigator
 from controllers.registry import FOLLOWERS
 from controllers.releases import Release
-from evolution.driving.jobs import ControllerSpec
+from evolution.driving.jobs import ControllerSpec, JobPlan
 from evolution.driving.kernel_files import import_shipped_kernels, is_compiling_off
 from evolution.driving.one_run import context_of, environment_for, run_episode
 from evolution.driving.settings import DriveSettings
@@ -49,16 +49,17 @@ PRESET_OF: dict[Release, str] = {"humble": "thesis", "jazzy": "jazzy", "lyrical"
 PAUSE_SECONDS = 0.05
 
 
-def preparation_of(worlds: Iterable[tuple[Iterable[ControllerSpec], DriveSettings]]) -> Callable[[], None]:
-    """Return a warm-up for workers that loads the kernels of the controllers of some worlds, and no others.
+def preparation_of(plans: Iterable[JobPlan]) -> Callable[[], None]:
+    """Return a warm-up for workers that loads the kernels that some runs need, and no others.
 
     If nothing is compiled yet, the kernels that came with the package are taken where they are this machine's.
     """
     if not is_compiled():
         import_shipped_kernels()
     kinds: dict[Release, set[str]] = {}
-    for controllers, settings in worlds:
-        kinds.setdefault(settings.navigation.release, set()).update(_kinds(controllers, settings.navigation))
+    for plan in plans:
+        navigation = plan.settings.navigation
+        kinds.setdefault(navigation.release, set()).update(_kinds(plan.controllers, navigation))
     return partial(_warm_up_all, tuple((tuple(sorted(some)), release) for release, some in kinds.items()))
 
 

@@ -16,7 +16,6 @@ from evolution.driving import (
     Resources,
     RunResult,
     drive,
-    preparation_of,
     run_job,
 )
 from evolution.files import Row, counted, write_json
@@ -24,7 +23,7 @@ from evolution.minimizing.delta_debugging import BATCH, minimal
 from evolution.minimizing.obstacles import Cells, connected, farthest_first, halves, map_with, obstacles_of
 from evolution.minimizing.results import MAPS, MINIMIZATION, SUMMARY, Minimized
 from evolution.minimizing.verdicts import Trial, Verdict
-from evolution.runs import exclusive_store
+from evolution.runs import exclusive_evaluator
 from gym_mapbench.errors import ConfigError
 from gym_mapbench.mapio import save_map_set
 from gym_mapbench.quantities import Count
@@ -38,7 +37,7 @@ OnSmaller = Callable[[Scenario], object]
 class Runner(Protocol):
     """Runs jobs, such as an :class:`~evolution.driving.Evaluator`."""
 
-    def run(self, jobs: Sequence[Job], on_run: OnRun | None = None, /) -> Sequence[RunResult]:
+    def run(self, jobs: Sequence[Job], /) -> Sequence[RunResult]:
         """Return the results of jobs, in their order."""
         ...
 
@@ -99,18 +98,14 @@ def run_minimizing(
     """
     document = {"minimization": _document(scenario, plan, verdict, settings)}
     MINIMIZATION.begin_or_resume(path, document, itemgetter("minimization"), resume=resume)
-    with (
-        exclusive_store(MINIMIZATION, path, resources.wait_s) as store,
-        resources.evaluator(run_job, store, preparation_of([(plan.controllers, plan.settings)])) as evaluator,
-    ):
-        search = _Search(scenario, plan, verdict, settings, evaluator, on_step, on_run)
+    with exclusive_evaluator(MINIMIZATION, path, resources, run_job, [plan], on_run) as evaluator:
+        search = _Search(scenario, plan, verdict, settings, evaluator, on_step)
         search.measure()
         jobs = [plan.job(scenario, number, 0) for number in range(len(plan.controllers))]
         smallest = search.reduce([drive(job).trajectory for job in jobs])
         result = search.checked(smallest)
-        MINIMIZATION.check_there(path)
-    save_map_set(MapSet((result.before, result.after)), path / MAPS)
-    write_json(path / SUMMARY, result.document())
+        save_map_set(MapSet((result.before, result.after)), path / MAPS)
+        write_json(path / SUMMARY, result.document())
     return result
 
 
@@ -152,7 +147,6 @@ class _Search:
     settings: MinimizeSettings
     evaluator: Runner
     on_step: OnStep = lambda _: None
-    on_run: OnRun | None = None
     on_smaller: OnSmaller = lambda _: None
     steps: list[Row] = field(default_factory=list)
 
@@ -211,7 +205,7 @@ class _Search:
         """Return the trials of each scenario, one for each repeat."""
         numbers = range(len(self.plan.names))
         jobs = [self.plan.job(one, number, repeat) for one in scenarios for repeat in repeats for number in numbers]
-        results = iter(self.evaluator.run(jobs, self.on_run))
+        results = iter(self.evaluator.run(jobs))
         return [[{name: next(results) for name in self.plan.names} for _ in repeats] for _ in scenarios]
 
     def _cut(self, obstacles: Sequence[Cells]) -> list[Cells]:

@@ -8,7 +8,7 @@ from statistics import fmean
 
 import numpy as np
 
-from evolution.driving import Job, OnRun, RunResult, derive_seed
+from evolution.driving import Job, RunResult, derive_seed
 from evolution.files import counted
 from evolution.minimizing import read_verdict, smallest_map
 from evolution.play.answers import gini_of, median_time
@@ -136,7 +136,7 @@ class _Counted:
     allowed: int
     done: int = 0
 
-    def run(self, jobs: Sequence[Job], _on_run: OnRun | None = None, /) -> list[RunResult]:
+    def run(self, jobs: Sequence[Job], /) -> list[RunResult]:
         if self.done + len(jobs) > self.allowed:
             raise _SpentError
         self.done += len(jobs)

@@ -9,7 +9,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
-from evolution.driving import ControllerSpec, Resources, preparation_of, run_job, try_controllers
+from evolution.driving import ControllerSpec, JobPlan, Resources, preparation_of, run_job, try_controllers
 from evolution.play.catalogue import state_of
 from evolution.play.exporting import export
 from evolution.play.messages.requests import MAX_TEXT, Scene, WorldSettings
@@ -56,7 +56,7 @@ class Beginning:
 
     def tracks(self) -> tuple[Track, Track]:
         """Return the pools for runs and for instants; their workers load the kernels of the chosen controllers now."""
-        warm_up = preparation_of([(self.chosen, own_settings(self.world, self.given))])
+        warm_up = preparation_of([JobPlan(tuple(self.chosen), own_settings(self.world, self.given))])
         sizes = self.resources, self.resources.replace(workers=LOOK_WORKERS)
         runs, looks = (Track(one.evaluator(run_job, warm_up=warm_up, retries=0)) for one in sizes)
         runs.get_ready()

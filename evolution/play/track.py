@@ -140,8 +140,9 @@ class Track:
             self._evaluator.store = ResultStore()
             address = Address(self._address, self._key, batch.number)
             self._evaluator.run_job = partial(function, address)
+            self._evaluator.on_run = pass_on
             with contextlib.suppress(FutureCancelledError):
-                results = self._evaluator.run(jobs, pass_on)
+                results = self._evaluator.run(jobs)
                 if self._is_present(batch):
                     return results
         raise CancelledError

@@ -6,12 +6,12 @@ from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
 
-from evolution.driving import DEFAULT_RESOURCES, OnRun, Resources, preparation_of, run_job
+from evolution.driving import DEFAULT_RESOURCES, OnRun, Resources, run_job
 from evolution.quality_diversity.grid import ribs_archives
 from evolution.quality_diversity.results import ATLAS, Atlas
 from evolution.quality_diversity.search import OnStep, search_atlas
 from evolution.quality_diversity.settings import AtlasSettings
-from evolution.runs import exclusive_store
+from evolution.runs import exclusive_evaluator
 from evolution.search import Experiment
 
 
@@ -44,14 +44,10 @@ def run_atlas(
     settings.check(experiment.plan.names)
     document = {"experiment": experiment.document(), "atlas": settings.model_dump(mode="json")}
     ATLAS.begin_or_resume(path, document, _options, resume=resume)
-    with (
-        exclusive_store(ATLAS, path, resources.wait_s) as store,
-        resources.evaluator(run_job, store, preparation_of([(experiment.controllers, experiment.run)])) as evaluator,
-    ):
-        found = search_atlas(experiment, settings, evaluator, on_step=on_step, on_run=on_run)
-        ATLAS.check_there(path)
-    atlas = Atlas(experiment, settings, found)
-    atlas.write(path)
+    with exclusive_evaluator(ATLAS, path, resources, run_job, [experiment.plan], on_run) as evaluator:
+        found = search_atlas(experiment, settings, evaluator, on_step=on_step)
+        atlas = Atlas(experiment, settings, found)
+        atlas.write(path)
     return atlas
 
 

@@ -12,7 +12,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from evolution.driving import Evaluator, JobPlan, OnRun
+from evolution.driving import Evaluator, JobPlan
 from evolution.files import Row, counted
 from evolution.quality_diversity.elites import Elite, quality, quality_of
 from evolution.quality_diversity.grid import Axes, Cell, MapGrid
@@ -76,7 +76,6 @@ def search_atlas(
     evaluator: Evaluator,
     *,
     on_step: OnStep = lambda _: None,
-    on_run: OnRun | None = None,
 ) -> AtlasSearch:
     """Fill an atlas, and re-evaluate it on held-out seeds, without writing anything.
 
@@ -85,13 +84,12 @@ def search_atlas(
         settings: Options.
         evaluator: Drives the runs.
         on_step: Called with a line about each batch.
-        on_run: Called after each run (see :meth:`Evaluator.run`).
 
     Raises:
         ConfigError: If the options do not go together, or pyribs is not installed.
         RunError: If no worker starts.
     """
-    search = _Search(experiment, settings, evaluator, on_step, on_run)
+    search = _Search(experiment, settings, evaluator, on_step)
     while search.step():
         pass
     return search.result()
@@ -106,7 +104,6 @@ class _Search:
         settings: AtlasSettings,
         evaluator: Evaluator,
         on_step: OnStep,
-        on_run: OnRun | None,
     ) -> None:
         plan = JobPlan(experiment.controllers, experiment.run, experiment.search.seed)
         settings.check(plan.names)
@@ -114,7 +111,7 @@ class _Search:
         self.on_step = on_step
         self.axes = Axes.of(settings, plan.names)
         self.grid = MapGrid(self.axes)
-        self.archive = Archive(evaluator, plan, stages_of(plan), on_run)
+        self.archive = Archive(evaluator, plan, stages_of(plan))
         self.sampling, self.mutator = experiment.sampling(), experiment.mutator
         self.rng = np.random.default_rng(experiment.search.seed)
         self.digests: list[str] = []

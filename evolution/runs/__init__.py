@@ -8,7 +8,7 @@ from __future__ import annotations
 
 from evolution.runs.directory import CONFIG, RUN, STORE, RunDir
 from evolution.runs.documents import check_results
-from evolution.runs.exclusive_store import exclusive_store
+from evolution.runs.exclusive import exclusive_evaluator, exclusive_store
 from evolution.runs.former_names import present_results
 from evolution.runs.front import HELD_OUT, feasible, hypervolumes, objectives_in
 from evolution.runs.loading import LoadedRun, driven_maps, experiment_in, front_lines, load_run, reached_maps
@@ -48,6 +48,7 @@ __all__ = [
     "contact_sentence",
     "driven_maps",
     "errors_in",
+    "exclusive_evaluator",
     "exclusive_store",
     "experiment_in",
     "failing_controller_sentence",

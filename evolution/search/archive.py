@@ -10,7 +10,7 @@ from collections.abc import Callable, Collection, Iterable, Mapping, Sequence
 from itertools import product
 from typing import Any
 
-from evolution.driving import Evaluator, Job, JobPlan, OnRun, RunResult, SetResults
+from evolution.driving import Evaluator, Job, JobPlan, RunResult, SetResults
 from evolution.search.judging import (
     MAX_MAPS,
     Fitness,
@@ -37,7 +37,6 @@ class Archive:
         evaluator: Drives the runs.
         plan: Which runs a map needs.
         stages: Which controllers run one after the other, until one fails; None for all at the same time.
-        on_run: Called after each run (see :meth:`Evaluator.run`).
 
     Attributes:
         scenarios: The maps with their task, in order of first use.
@@ -45,12 +44,9 @@ class Archive:
         count: Different runs so far, driven or answered by the store.
     """
 
-    def __init__(
-        self, evaluator: Evaluator, plan: JobPlan, stages: Stages | None = None, on_run: OnRun | None = None
-    ) -> None:
+    def __init__(self, evaluator: Evaluator, plan: JobPlan, stages: Stages | None = None) -> None:
         self.evaluator = evaluator
         self.plan = plan
-        self.on_run = on_run
         self.scenarios: dict[str, Scenario] = {}
         self.count = 0
         self._runs: dict[str, list[list[RunResult]]] = {}
@@ -214,7 +210,7 @@ class Archive:
 
     def _drive(self, jobs: Sequence[Job]) -> None:
         place = {spec.name: number for number, spec in enumerate(self.plan.controllers)}
-        for job, result in zip(jobs, self.evaluator.run(jobs, self.on_run), strict=True):
+        for job, result in zip(jobs, self.evaluator.run(jobs), strict=True):
             self._runs[job.scenario.world_digest][place[job.controller.name]].append(result)
             self._judged.pop(job.scenario.world_digest, None)
             self._new.append((job, result))

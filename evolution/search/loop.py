@@ -18,7 +18,7 @@ import numpy as np
 from pymoo.algorithms.base.genetic import GeneticAlgorithm
 from pymoo.core.individual import Individual
 
-from evolution.driving import Evaluator, OnRun, SetResults
+from evolution.driving import Evaluator, SetResults
 from evolution.files import Row
 from evolution.search.algorithms import Evaluation, MapSetProblem, ask, judge_again, make_algorithm, tell
 from evolution.search.archive import Archive
@@ -91,7 +91,6 @@ def evolve(
     recorder: Recorder | None = None,
     *,
     on_generation: OnGeneration | None = None,
-    on_run: OnRun | None = None,
     fitness: Fitness | None = None,
     draw_map: DrawMap | None = None,
 ) -> EvolveResult:
@@ -102,7 +101,6 @@ def evolve(
         evaluator: Drives the runs.
         recorder: Records the search, and continues one that was begun there; nothing is recorded if None.
         on_generation: Called after each generation.
-        on_run: Called after each run (see :meth:`Evaluator.run`).
         fitness: Judges map sets; if None, the fitness that ``experiment`` names.
         draw_map: Samples one map; if None, of the families of ``experiment``.
 
@@ -113,7 +111,7 @@ def evolve(
     journal = Journal(recorder, experiment)
     if journal.is_new:
         evaluator.get_ready()
-    search = _Search(experiment, evaluator, journal, on_run, fitness, draw_map)
+    search = _Search(experiment, evaluator, journal, fitness, draw_map)
     while search.step(on_generation):
         pass
     return search.result()
@@ -148,7 +146,6 @@ class _Search:
         experiment: Experiment,
         evaluator: Evaluator,
         journal: Journal,
-        on_run: OnRun | None,
         fitness: Fitness | None,
         draw_map: DrawMap | None,
     ) -> None:
@@ -158,7 +155,7 @@ class _Search:
         fitness = fitness or experiment.fitness
         self.staged = settings.archive.staged and not fitness.reads_failures
         stages = stages_of(experiment.plan) if self.staged else None
-        self.archive = Archive(evaluator, experiment.plan, stages, on_run)
+        self.archive = Archive(evaluator, experiment.plan, stages)
         self.budget = Budget(settings, self.archive)
         self.problem = MapSetProblem(self._results_of, Objectives(fitness))
         surrogate = Surrogate() if settings.archive.surrogate else None

@@ -7,7 +7,7 @@ from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
-from evolution.driving import Evaluator, OnRun
+from evolution.driving import Evaluator
 from evolution.files import make_directory, read_json, write_json
 from evolution.runs import (
     LoadedRun,
@@ -23,9 +23,7 @@ from evolution.search import Evaluation, Experiment
 from gym_mapbench.errors import RunError
 
 
-def reevaluate(
-    run: LoadedRun, experiment: Experiment, fresh: Experiment, evaluator: Evaluator, on_run: OnRun | None = None
-) -> dict[str, Any]:
+def reevaluate(run: LoadedRun, experiment: Experiment, fresh: Experiment, evaluator: Evaluator) -> dict[str, Any]:
     """Run the best set of a run on held-out seeds; return a document like ``best_results.json``.
 
     Args:
@@ -33,9 +31,8 @@ def reevaluate(
         experiment: The experiment of the run.
         fresh: World and seeds of the re-evaluation.
         evaluator: Drives the runs.
-        on_run: Called after each run.
     """
-    (results,) = evaluator.evaluate([run.best], fresh.plan, on_run)
+    (results,) = evaluator.evaluate([run.best], fresh.plan)
     fitness = replace(experiment.fitness, cluster_scale=run.checkpoint["cluster_scale"])
     evaluation = Evaluation(run.best, results, fitness(results))
     noise = fresh.document()["run"]["environment"]["noise"]

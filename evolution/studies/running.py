@@ -9,9 +9,9 @@ from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import Literal
 
-from evolution.driving import DEFAULT_RESOURCES, Evaluator, Job, OnRun, Resources, RunResult, models_of, preparation_of
+from evolution.driving import DEFAULT_RESOURCES, Evaluator, Job, Resources, RunResult, models_of
 from evolution.files import WriteError
-from evolution.runs import RecordedExperiment, exclusive_store, load_run
+from evolution.runs import RecordedExperiment, exclusive_evaluator, load_run
 from evolution.search import Progress
 from evolution.studies.analysis.loading import load_results
 from evolution.studies.analysis.results import StudyResults
@@ -88,11 +88,10 @@ def run_study(
     chosen = _chosen(settings, tasks, only)
     seeds = settings.seeds[: settings.runs if runs is None else runs]
     directory = _directory(path, settings, begun, tasks)
-    prepare = preparation_of((task.experiment.controllers, task.experiment.run) for task in chosen)
-    with (
-        exclusive_store(STUDY, directory.path, resources.wait_s) as store,
-        resources.evaluator(run_study_job, store, prepare, _StudyEvaluator) as evaluator,
-    ):
+    plans = [task.experiment.plan for task in chosen]
+    with exclusive_evaluator(
+        STUDY, directory.path, resources, run_study_job, plans, evaluator_kind=_StudyEvaluator
+    ) as evaluator:
         work = sum(work_of(first) * len(_of(settings, first, seeds)) for first in chosen)
         study = _Study(directory, evaluator, _Meter(evaluator, work, on_progress))
         for first in chosen:
@@ -127,10 +126,10 @@ class _StudyStoppedError(RunError):
 class _StudyEvaluator(Evaluator):
     """An evaluator whose own failures (workers, store) stop the study."""
 
-    def run(self, jobs: Sequence[Job], on_run: OnRun | None = None) -> list[RunResult]:
+    def run(self, jobs: Sequence[Job]) -> list[RunResult]:
         """Return the results of ``jobs``; raises ``_StudyStoppedError`` where an evaluator raises ``RunError``."""
         try:
-            return super().run(jobs, on_run)
+            return super().run(jobs)
         except RunError as error:
             raise _StudyStoppedError(str(error)) from None
 

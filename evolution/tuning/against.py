@@ -7,7 +7,7 @@ from dataclasses import replace
 from statistics import fmean
 
 from controllers.nav2_params.values import Value
-from evolution.driving import ControllerSpec, Evaluator, JobPlan, OnRun
+from evolution.driving import ControllerSpec, Evaluator, JobPlan
 from evolution.search import EvolveSettings, Experiment, Fitness, evolve
 from evolution.tuning.objectives import scale_of
 from evolution.tuning.plan import TuningPlan
@@ -25,7 +25,7 @@ LEAST_REGRET = 0.1
 
 
 def evolve_against(
-    plan: TuningPlan, values: dict[str, Value], number: int, evaluator: Evaluator, on_run: OnRun | None = None
+    plan: TuningPlan, values: dict[str, Value], number: int, evaluator: Evaluator
 ) -> tuple[Scenario, ...]:
     """Return the hardest maps for some values that an evolution finds, the hardest first.
 
@@ -34,17 +34,16 @@ def evolve_against(
         values: Values of the tuned parameters.
         number: Number of the round, from which seed and names of the maps are derived.
         evaluator: Drives the runs.
-        on_run: Called after each run.
     """
     assert plan.settings.against is not None
     experiment = experiment_against(plan, values, number, plan.settings.against)
-    found = evolve(experiment, evaluator, on_run=on_run)
+    found = evolve(experiment, evaluator)
     known = {one.digest for one in (*plan.train, *plan.test)}
     ranked = sorted(found.population, key=lambda one: one.judgement.rank_key)
     maps = {one.map_set[0].digest: one.map_set[0] for one in ranked if one.judgement.fitness < 0.0}
     new = [one for digest, one in maps.items() if digest not in known and _has_way(one, plan)]
     new = new[: 2 * plan.settings.against.maps]
-    hardest = _confirmed(experiment.plan, found.fitness, new, evaluator, on_run)[: plan.settings.against.maps]
+    hardest = _confirmed(experiment.plan, found.fitness, new, evaluator)[: plan.settings.against.maps]
     return tuple(replace(one, name=f"round_{number}_map_{place}") for place, one in enumerate(hardest, start=1))
 
 
@@ -87,12 +86,10 @@ def _has_way(scenario: Scenario, plan: TuningPlan) -> bool:
     return True
 
 
-def _confirmed(
-    jobs: JobPlan, fitness: Fitness, maps: Sequence[Scenario], evaluator: Evaluator, on_run: OnRun | None
-) -> list[Scenario]:
+def _confirmed(jobs: JobPlan, fitness: Fitness, maps: Sequence[Scenario], evaluator: Evaluator) -> list[Scenario]:
     """Return the maps that are hard on further seeds, too, the hardest first."""
     wanted = [jobs.job(one, place, repeat) for one in maps for place in range(2) for repeat in CONFIRMING]
-    results = iter(evaluator.run(wanted, on_run))
+    results = iter(evaluator.run(wanted))
     regrets = []
     for _ in maps:
         first, other = ([next(results) for _ in CONFIRMING] for _ in range(2))

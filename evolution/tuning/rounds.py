@@ -11,7 +11,7 @@ from itertools import pairwise
 from statistics import fmean
 
 from controllers.nav2_params.values import Value
-from evolution.driving import Evaluator, OnRun
+from evolution.driving import Evaluator
 from evolution.files import Row
 from evolution.tuning.against import evolve_against
 from evolution.tuning.plan import TuningPlan, jobs_on
@@ -40,9 +40,7 @@ class Round:
         return best_trials(self.searched.trials, 1)[0]
 
 
-def search_in_rounds(
-    plan: TuningPlan, evaluator: Evaluator, on_trial: OnTrial | None = None, on_run: OnRun | None = None
-) -> list[Round]:
+def search_in_rounds(plan: TuningPlan, evaluator: Evaluator, on_trial: OnTrial | None = None) -> list[Round]:
     """Run all rounds; a tuning that is not against evolved maps has a single one."""
     against = plan.settings.against
     rounds = 1 if against is None else against.rounds
@@ -52,9 +50,9 @@ def search_in_rounds(
         share = trials * number // rounds - trials * (number - 1) // rounds
         start = [one.values for one in best_trials(done[-1].searched.trials, CONTINUED)] if done else []
         of_round = replace(plan, settings=plan.settings.replace(trials=share, runs=runs, against=None))
-        done.append(Round(plan, search(of_round, evaluator, on_trial, on_run, start, number)))
+        done.append(Round(plan, search(of_round, evaluator, on_trial, start, number)))
         if number < rounds:
-            hard = evolve_against(plan, done[-1].best.values, number, evaluator, on_run)
+            hard = evolve_against(plan, done[-1].best.values, number, evaluator)
             plan = replace(plan, train=(*plan.train, *hard))
     return done
 
@@ -65,9 +63,7 @@ def best_trials(trials: Sequence[Trial], count: int) -> list[Trial]:
     return good[:count] or list(trials[:1])
 
 
-def matrix(
-    rounds: Sequence[Round], final: dict[str, Value], evaluator: Evaluator, on_run: OnRun | None = None
-) -> list[Row]:
+def matrix(rounds: Sequence[Round], final: dict[str, Value], evaluator: Evaluator) -> list[Row]:
     """Return the mean first cost of each round's best values on the training maps and on each round's evolved maps.
 
     All runs have held-out seeds. The rows are the user's own values, the best values of each round, and the final ones.
@@ -76,7 +72,6 @@ def matrix(
         rounds: The finished rounds.
         final: The values that the tuning chose.
         evaluator: Drives the runs.
-        on_run: Called after each run.
     """
     plan, groups = rounds[-1].plan, groups_of(rounds)
     values = {"own": plan.own, **{f"round {n}": one.best.values for n, one in enumerate(rounds, 1)}, "tuned": final}
@@ -85,7 +80,7 @@ def matrix(
     jobs = {
         (name, group): jobs_on(jobs, maps, repeats) for name, jobs in plans.items() for group, maps in groups.items()
     }
-    results = iter(evaluator.run([job for some in jobs.values() for job in some], on_run))
+    results = iter(evaluator.run([job for some in jobs.values() for job in some]))
     costs = {place: fmean(costs_of(plan, job, next(results))[0] for job in some) for place, some in jobs.items()}
     return [{"values": name, **{group: costs[name, group] for group in groups}} for name in values]
 

@@ -9,9 +9,9 @@ from typing import Any
 
 from controllers.nav2_params.values import Value
 from evolution.benchmark import map_options
-from evolution.driving import DEFAULT_RESOURCES, OnRun, Resources, preparation_of, run_job
+from evolution.driving import DEFAULT_RESOURCES, OnRun, Resources, run_job
 from evolution.files import Row, counted, csv_of, make_directory, write_json, write_text
-from evolution.runs import exclusive_store
+from evolution.runs import exclusive_evaluator
 from evolution.tuning.figures import write_figures
 from evolution.tuning.parameter_text import ParameterText
 from evolution.tuning.plan import TuningPlan
@@ -68,17 +68,12 @@ def run_tuning(
     text.with_values(plan.own)
     plan.check_ways()
     TUNING.begin_or_resume(path, {"tuning": plan.document()}, _options, resume=resume)
-    own = plan.jobs_with(None)
-    with (
-        exclusive_store(TUNING, path, resources.wait_s) as store,
-        resources.evaluator(run_job, store, preparation_of([(own.controllers, own.settings)])) as evaluator,
-    ):
-        rounds = search_in_rounds(plan, evaluator, on_trial, on_run)
-        finalists = validate(rounds[-1].plan, rounds[-1].searched.trials, evaluator, on_run)
+    with exclusive_evaluator(TUNING, path, resources, run_job, [plan.jobs_with(None)], on_run) as evaluator:
+        rounds = search_in_rounds(plan, evaluator, on_trial)
+        finalists = validate(rounds[-1].plan, rounds[-1].searched.trials, evaluator)
         winner = front_of(finalists)[0]
-        of_rounds = matrix(rounds, winner.values, evaluator, on_run) if len(rounds) > 1 else []
-        test = judge(plan, winner, evaluator, on_run)
-        TUNING.check_there(path)
+        of_rounds = matrix(rounds, winner.values, evaluator) if len(rounds) > 1 else []
+        test = judge(plan, winner, evaluator)
         _write(_Outcome(rounds, finalists, of_rounds, test), text, path)
     return load_tuning(path)
 

@@ -15,7 +15,7 @@ import numpy as np
 
 from controllers.nav2_params.values import Value
 from evolution.benchmark import bench_row
-from evolution.driving import Evaluator, Job, JobPlan, OnRun, RunResult
+from evolution.driving import Evaluator, Job, JobPlan, RunResult
 from evolution.files import Row
 from evolution.tuning.objectives import OBJECTIVES
 from evolution.tuning.plan import TuningPlan
@@ -83,7 +83,6 @@ def search(
     plan: TuningPlan,
     evaluator: Evaluator,
     on_trial: OnTrial | None = None,
-    on_run: OnRun | None = None,
     start: Sequence[dict[str, Value]] = (),
     number: int = 1,
 ) -> Searched:
@@ -93,7 +92,6 @@ def search(
         plan: The tuning.
         evaluator: Drives the runs.
         on_trial: Called after each trial.
-        on_run: Called after each run.
         start: Values of the trials after the first, which has the user's own.
         number: Number of the round; the sampler's seed depends on it.
     """
@@ -103,7 +101,7 @@ def search(
         size = min(settings.batch, settings.trials - len(trials))
         batch = [_begin(plan, sampling, len(trials) + place) for place in range(size)]
         while running := [trial for trial in batch if trial.state == "running"]:
-            _step(plan, sampling, trials, running, evaluator, on_run)
+            _step(plan, sampling, trials, running, evaluator)
         for trial in batch:
             _finish(plan, sampling, trial)
             trials.append(trial)
@@ -136,11 +134,10 @@ def _step(
     before: Sequence[Trial],
     running: Sequence[Trial],
     evaluator: Evaluator,
-    on_run: OnRun | None,
 ) -> None:
     """Run every trial of a batch on its next maps, and decide which go on."""
     jobs = {(trial.number, place): _job(plan, trial, place) for trial in running for place in _next(plan, trial)}
-    results = dict(zip(jobs, evaluator.run(list(jobs.values()), on_run), strict=True))
+    results = dict(zip(jobs, evaluator.run(list(jobs.values())), strict=True))
     for trial in running:
         places = _next(plan, trial)
         for place in places:

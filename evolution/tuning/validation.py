@@ -7,7 +7,7 @@ from dataclasses import dataclass
 from statistics import fmean
 
 from controllers.nav2_params.values import Value
-from evolution.driving import Evaluator, OnRun
+from evolution.driving import Evaluator
 from evolution.files import Row
 from evolution.tuning.plan import TuningPlan, jobs_on
 from evolution.tuning.search import Trial, costs_of, row_of
@@ -35,14 +35,12 @@ class Finalist:
     feasible: bool
 
 
-def validate(
-    plan: TuningPlan, trials: Sequence[Trial], evaluator: Evaluator, on_run: OnRun | None = None
-) -> list[Finalist]:
+def validate(plan: TuningPlan, trials: Sequence[Trial], evaluator: Evaluator) -> list[Finalist]:
     """Re-run the best trials, and the user's values, on all training maps with held-out seeds."""
     chosen = finalists_among(trials, plan.settings.finalists)
     repeats = range(1, 1 + plan.settings.validation_repeats)
     jobs = [jobs_on(trial.plan, plan.train, repeats) for trial in chosen if trial.plan is not None]
-    results = iter(evaluator.run([job for of_trial in jobs for job in of_trial], on_run))
+    results = iter(evaluator.run([job for of_trial in jobs for job in of_trial]))
     found = []
     for trial, of_trial in zip(chosen, jobs, strict=True):
         pairs = [(job, next(results)) for job in of_trial]
@@ -79,7 +77,7 @@ def dominates(first: Sequence[float], second: Sequence[float]) -> bool:
     return all(a <= b for a, b in pairs) and any(a < b for a, b in pairs)
 
 
-def judge(plan: TuningPlan, winner: Finalist, evaluator: Evaluator, on_run: OnRun | None = None) -> list[Row]:
+def judge(plan: TuningPlan, winner: Finalist, evaluator: Evaluator) -> list[Row]:
     """Run the user's values and the winner's on the test maps; returns a row for each run.
 
     If the winner has the user's values, only these are run.
@@ -89,7 +87,7 @@ def judge(plan: TuningPlan, winner: Finalist, evaluator: Evaluator, on_run: OnRu
         plans[TUNED] = plan.jobs_with(winner.values)
     repeats = range(plan.settings.test_repeats)
     jobs = [(label, job) for label, one in plans.items() for job in jobs_on(one, plan.test, repeats)]
-    results = evaluator.run([job for _, job in jobs], on_run)
+    results = evaluator.run([job for _, job in jobs])
     return [
         {**row_of(job, result), "controller": label, "cost": costs_of(plan, job, result)[0]}
         for (label, job), result in zip(jobs, results, strict=True)

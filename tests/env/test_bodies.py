@@ -4,7 +4,7 @@ import gymnasium
 import numpy as np
 import pytest
 from gymnasium.utils.env_checker import check_env
-from gymnasium.vector import AutoresetMode, SyncVectorEnv
+from gymnasium.vector import SyncVectorEnv
 from stable_baselines3.common.env_checker import check_env as check_env_sb3
 
 import gym_mapbench  # noqa: F401, registers the env
@@ -15,7 +15,7 @@ from gym_mapbench.env.single import MapBenchEnv
 from gym_mapbench.env.vector import MapBenchVectorEnv
 from gym_mapbench.errors import ConfigError
 from gym_mapbench.world.scenario import MapSet
-from tests.env.test_vector import assert_same, compare_run
+from tests.env.test_vector import assert_same, compare_run, with_modes
 from tests.worlds import ROOM, among, line, social
 
 CROSSING = line((2.5, 0.8), (0.5, 0.8), 0.3)
@@ -47,8 +47,7 @@ OPTIONS = {
 }
 
 
-@pytest.mark.parametrize("mode", list(AutoresetMode))
-@pytest.mark.parametrize("name", OPTIONS)
+@pytest.mark.parametrize(("name", "mode"), with_modes(OPTIONS))
 def test_every_world_with_bodies_is_the_single_env_of_its_seed(name, mode):
     options = {"observation": OBSERVATION_KEYS, "lidar": {"beams": 16}, "costmap": {"cells": 9}, "time_limit": 4.0}
     options |= {"scenarios": SCENARIOS, **OPTIONS[name]}

@@ -81,7 +81,7 @@ def run_study_job(job: Job) -> RunResult:
 def use_fakes(patch: pytest.MonkeyPatch) -> None:
     """Let studies and pages call the functions of this module in place of those that drive."""
     patch.setattr("evolution.studies.running.run_study_job", run_study_job)
-    patch.setattr("evolution.studies.running.preparation_of", lambda _: None)
+    patch.setattr("evolution.runs.exclusive.preparation_of", lambda _: None)
     patch.setattr("evolution.pictures.run_figures.drive", drive)
 
 

@@ -35,8 +35,10 @@ OFFICE = Path(__file__).resolve().parents[2] / "examples" / "office.yaml"
 @pytest.fixture
 def fake_robot(monkeypatch):
     """Runs without a robot."""
-    monkeypatch.setattr("evolution.api.evaluators.run_job", fake_runs.misbehave)
-    monkeypatch.setattr("evolution.api.evaluators.preparation_of", lambda *_: None)
+    for place in ("evolution.api.searches", "evolution.api.benchmarks"):
+        monkeypatch.setattr(f"{place}.run_job", fake_runs.misbehave)
+    for place in ("evolution.api.searches", "evolution.runs.exclusive"):
+        monkeypatch.setattr(f"{place}.preparation_of", lambda *_: None)
     monkeypatch.setattr("evolution.api.searches.write_run_figures", lambda _: None)
 
 

@@ -154,7 +154,7 @@ def real_study(tmp_path_factory):
     path = tmp_path_factory.mktemp("real") / "study"
     with pytest.MonkeyPatch.context() as patch:
         patch.setattr("evolution.studies.running.run_study_job", drive)
-        patch.setattr("evolution.studies.running.preparation_of", lambda _: None)
+        patch.setattr("evolution.runs.exclusive.preparation_of", lambda _: None)
         run_study(settings, path, resources=Resources(executor=IN_PROCESS))
     return path
 

@@ -78,7 +78,7 @@ def run_small_atlas(path: Path, executor: str) -> None:
     """Begin an atlas, or continue it."""
     with pytest.MonkeyPatch.context() as patch:
         patch.setattr("evolution.quality_diversity.running.run_job", drive)
-        patch.setattr("evolution.quality_diversity.running.preparation_of", lambda *_: None)
+        patch.setattr("evolution.runs.exclusive.preparation_of", lambda *_: None)
         settings, resources = test_search.SETTINGS.replace(runs=60), Resources(workers=2, executor=executor)
         run_atlas(test_search.EXPERIMENT, settings, path, resume=ATLAS.holds(path), resources=resources)
 

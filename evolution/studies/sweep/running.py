@@ -24,13 +24,12 @@ from evolution.driving import (
     Resources,
     RunResult,
     check_room,
-    preparation_of,
     run_job,
     try_controllers,
 )
 from evolution.files import DirectoryKind, Row, Table, Tabled, csv_of, read_csv, write_text
 from evolution.pictures import effects_figure, save_figure
-from evolution.runs import exclusive_store
+from evolution.runs import exclusive_evaluator
 from evolution.studies.sweep.effects import effect_rows
 from evolution.studies.sweep.settings import SweepSettings
 from gym_mapbench.errors import ConfigError, RunError, refuse_unknown
@@ -105,15 +104,10 @@ def run_sweep(
     SWEEP.begin_or_resume(path, {"sweep": settings.model_dump(mode="json")}, itemgetter("sweep"), resume=resume)
     every = [(name, job) for name in plans for scenario in scenarios for job in plans[name].jobs(scenario)]
     wanted = [job for name in worlds for scenario in scenarios[:maps] for job in plans[name].jobs(scenario)]
-    prepare = preparation_of((plans[name].controllers, plans[name].settings) for name in worlds)
-    with (
-        exclusive_store(SWEEP, path, resources.wait_s) as store,
-        resources.evaluator(run_job, store, prepare) as evaluator,
-    ):
-        evaluator.run(wanted, on_run)
-        results = store.get_many(job.key for _, job in every)
+    with exclusive_evaluator(SWEEP, path, resources, run_job, [plans[name] for name in worlds], on_run) as evaluator:
+        evaluator.run(wanted)
+        results = evaluator.store.get_many(job.key for _, job in every)
         rows = tuple(_row(name, job, results[job.key]) for name, job in every if job.key in results)
-        SWEEP.check_there(path)
         return _written(SweepResults(path, settings, rows))
 
 

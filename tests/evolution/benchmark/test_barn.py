@@ -52,7 +52,7 @@ def test_scores_by_hand():
 
     def scored(outcome, time, low=2.0):
         result = RunResult(outcome, time, 10.0, metrics={"motion_start": 0.5})
-        answers = SimpleNamespace(run=lambda jobs, _: [result for _ in jobs])
+        answers = SimpleNamespace(run=lambda jobs: [result for _ in jobs])
         return score_runs(bench([scenarios["world_42"]], plan, answers), official_lengths(source), low)[0]
 
     assert scored("goal", 0.5).score == pytest.approx(1 / 2)

@@ -232,8 +232,8 @@ def test_close_values_of_a_sweep_have_labels_of_their_own():
 
 @pytest.fixture
 def no_robot(monkeypatch):
-    monkeypatch.setattr("evolution.api.evaluators.run_job", fake_runs.drive)
-    monkeypatch.setattr("evolution.api.evaluators.preparation_of", lambda *_: bool)
+    monkeypatch.setattr("evolution.api.benchmarks.run_job", fake_runs.drive)
+    monkeypatch.setattr("evolution.runs.exclusive.preparation_of", lambda *_: bool)
 
 
 def test_the_directory_is_read_back_and_continued(no_robot, tmp_path):

@@ -181,8 +181,10 @@ def test_controllers_faster_than_the_world_are_refused(tmp_path, capsys):
 @pytest.fixture
 def fake_robot(monkeypatch):
     """Runs without a robot, of which those of the controller ``raises`` end in an error."""
-    monkeypatch.setattr("evolution.api.evaluators.run_job", fake_runs.misbehave)
-    monkeypatch.setattr("evolution.api.evaluators.preparation_of", lambda *_: fake_runs.touch_warm_up)
+    for place in ("evolution.api.searches", "evolution.api.benchmarks"):
+        monkeypatch.setattr(f"{place}.run_job", fake_runs.misbehave)
+    for place in ("evolution.api.searches", "evolution.runs.exclusive"):
+        monkeypatch.setattr(f"{place}.preparation_of", lambda *_: fake_runs.touch_warm_up)
     monkeypatch.setattr("evolution.api.searches.write_run_figures", lambda _: None)
 
 

@@ -60,8 +60,13 @@ def test_nothing_is_driven_twice(tmp_path):
     plan = JobPlan(CONTROLLERS, WORLD)
     (one, other) = map_sets(2)
     seen = []
-    with ResultStore(tmp_path / "results.sqlite") as store, Evaluator(fake_runs.drive, store) as evaluator:
-        first = evaluator.evaluate([one, one, other], plan, on_run=lambda job, _result, left: seen.append((job, left)))
+
+    def on_run(job, _result, left):
+        seen.append((job, left))
+
+    store = ResultStore(tmp_path / "results.sqlite")
+    with store, Evaluator(fake_runs.drive, store, on_run=on_run) as evaluator:
+        first = evaluator.evaluate([one, one, other], plan)
         assert evaluator.driven == len(store) == len({job.key for job, _ in seen}) == 18
         assert [left for _, left in seen] == list(range(17, -1, -1))
         again = evaluator.evaluate([other, one], plan)

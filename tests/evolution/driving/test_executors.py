@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import sys
-from concurrent.futures import Executor, Future
+from concurrent.futures import BrokenExecutor, Executor, Future
 
 import pytest
 
@@ -83,6 +83,10 @@ def full():
     raise ValueError("the queue is full")
 
 
+def broken():
+    raise BrokenExecutor("a worker died")
+
+
 def finished(value):
     future = Future()
     future.set_result(value)
@@ -103,6 +107,7 @@ def cancelled():
         (lambda: sys.exit(0), r"executor 'odd': SystemExit: 0, test_executors.py line \d+"),
         (lambda: None, "executor 'odd': expected a Future of a job, got None"),
         (lambda: finished("goal"), "executor 'odd': expected the result of a run, got 'goal'"),
+        (broken, "workers die before their first run"),
         (cancelled, "workers die before their first run"),
     ],
 )

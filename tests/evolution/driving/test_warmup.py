@@ -10,7 +10,7 @@ from pathlib import Path
 
 import pytest
 
-from evolution.driving import ControllerSpec, DriveSettings, preparation_of, warmup
+from evolution.driving import ControllerSpec, DriveSettings, JobPlan, preparation_of, warmup
 
 ROOT = Path(__file__).resolve().parents[3]
 
@@ -46,17 +46,19 @@ def test_only_what_the_controllers_need_is_loaded():
     settings = DriveSettings(navigation="jazzy")
     specs = [ControllerSpec(name=name) for name in ("slow", "shim_rpp", "rpp", "model.zip")]
     specs[0] = ControllerSpec(name="slow", kind="rpp")
-    assert preparation_of([(specs, settings)]).args == (((("rpp", "shim_rpp"), "jazzy"),),)
+    assert preparation_of([JobPlan(specs, settings)]).args == (((("rpp", "shim_rpp"), "jazzy"),),)
 
 
 def test_several_worlds_are_prepared_for_together():
     """By names alone two controllers of the name ``mine`` would be one."""
-    worlds = [
-        ([ControllerSpec(name="mine", kind="rpp"), ControllerSpec(name="mppi")], DriveSettings(navigation="thesis")),
-        ([ControllerSpec(name="mine", kind="dwb")], DriveSettings(navigation="fair")),
-        ([ControllerSpec(name="graceful")], DriveSettings(navigation="lyrical")),
+    plans = [
+        JobPlan(
+            [ControllerSpec(name="mine", kind="rpp"), ControllerSpec(name="mppi")], DriveSettings(navigation="thesis")
+        ),
+        JobPlan([ControllerSpec(name="mine", kind="dwb")], DriveSettings(navigation="fair")),
+        JobPlan([ControllerSpec(name="graceful")], DriveSettings(navigation="lyrical")),
     ]
-    assert preparation_of(worlds).args == (((("dwb", "mppi", "rpp"), "humble"), (("graceful",), "lyrical")),)
+    assert preparation_of(plans).args == (((("dwb", "mppi", "rpp"), "humble"), (("graceful",), "lyrical")),)
 
 
 def test_a_drill_that_another_worker_does_is_done_later(monkeypatch, tmp_path):

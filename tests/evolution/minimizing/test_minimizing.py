@@ -165,7 +165,7 @@ def minimise(path, keep="rpp fails", workers=1, on_run=None, resume=False, grid=
 def use_fakes(patch):
     patch.setattr("evolution.minimizing.running.run_job", blocked)
     patch.setattr("evolution.minimizing.running.drive", recorded)
-    patch.setattr("evolution.minimizing.running.preparation_of", lambda *_: None)
+    patch.setattr("evolution.runs.exclusive.preparation_of", lambda *_: None)
 
 
 @pytest.fixture

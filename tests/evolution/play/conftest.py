@@ -7,7 +7,7 @@ import json
 import pytest
 from starlette.testclient import TestClient
 
-from evolution.driving import Resources, preparation_of, run_job
+from evolution.driving import JobPlan, Resources, preparation_of, run_job
 from evolution.play.app import Application
 from evolution.play.catalogue import state_of
 from evolution.play.desk import Desk
@@ -67,7 +67,7 @@ def session(room):
 @pytest.fixture(scope="module")
 def page(given, room):
     """An application with two workers for runs and one for instants."""
-    warm_up = preparation_of([(given.controllers[2:], own_settings(WORLD, given))])
+    warm_up = preparation_of([JobPlan(given.controllers[2:], own_settings(WORLD, given))])
     resources = [Resources(workers=workers, run_timeout_s=60.0) for workers in (2, 1)]
     tracks = [Track(one.evaluator(run_job, warm_up=warm_up, retries=0)) for one in resources]
     state = state_of(given, [scene_of(room)], WORLD, given.controllers)

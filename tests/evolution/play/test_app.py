@@ -12,16 +12,6 @@ from evolution.api import bench
 from evolution.play.messages.requests import MAX_TEXT
 from evolution.search import change_near_way
 
-FIELDS = {
-    "outcome": "outcome",
-    "time": "time_s",
-    "length": "path_length_m",
-    "clearance": "min_clearance",
-    "recoveries": "n_recoveries",
-    "sentence": "reason",
-}
-"""Fields of a run, and their names in a benchmark."""
-
 
 def drive_of(session, number=1, **changes):
     return {"type": "drive", "id": number, **session, **changes}

@@ -30,8 +30,8 @@ def executor_of(workers):
 
 
 def search(settings=SETTINGS, drive=fake_runs.drive, workers=1, on_run=None):
-    with Evaluator(drive, workers=workers, executor=executor_of(workers)) as evaluator:
-        return search_atlas(EXPERIMENT, settings, evaluator, on_run=on_run)
+    with Evaluator(drive, workers=workers, executor=executor_of(workers), on_run=on_run) as evaluator:
+        return search_atlas(EXPERIMENT, settings, evaluator)
 
 
 def fill(path, workers=1, on_run=None, resume=False):
@@ -42,7 +42,7 @@ def fill(path, workers=1, on_run=None, resume=False):
 @pytest.fixture
 def no_robot(monkeypatch):
     monkeypatch.setattr("evolution.quality_diversity.running.run_job", fake_runs.drive)
-    monkeypatch.setattr("evolution.quality_diversity.running.preparation_of", lambda *_: None)
+    monkeypatch.setattr("evolution.runs.exclusive.preparation_of", lambda *_: None)
 
 
 def test_the_search_fills_cells_within_its_runs():

@@ -67,6 +67,14 @@ def test_a_search_whose_config_is_deleted_is_continued_elsewhere(tmp_path):
     assert files_of(rescued) == files_of(tmp_path / "whole")
 
 
+def test_a_directory_that_has_vanished_by_the_end_is_continued_elsewhere(tmp_path):
+    path = RunDir.create(tmp_path / "gone", read_experiment({"search": SEARCH})).path
+    with pytest.raises(RunError, match=r"results so far are in .*gone-rescued-\d+"), exclusive_store(RUN, path, 0.0):
+        shutil.rmtree(path)
+    (rescued,) = tmp_path.glob("gone-rescued-*")
+    assert run(rescued) == run(tmp_path / "whole")
+
+
 def test_other_errors_pass(tmp_path):
     def fail(_):
         raise RunError("something else")

@@ -39,12 +39,12 @@ def run(path, experiment=EXPERIMENT, workers=1, run_job=drive, store=None, execu
     return go_on(rundir, experiment, workers, run_job, store, executor, **options)
 
 
-def go_on(rundir, experiment=EXPERIMENT, workers=1, run_job=drive, store=None, executor=None, **options):
+def go_on(rundir, experiment=EXPERIMENT, workers=1, run_job=drive, store=None, executor=None, on_run=None, **options):
     """Continue a search, with one worker in this process, unless the executor is given."""
     executor = executor or (IN_PROCESS if workers == 1 else "processes")
     with (
         ResultStore(store or rundir.store_path) as results,
-        Evaluator(run_job, results, workers=workers, executor=executor) as evaluator,
+        Evaluator(run_job, results, workers=workers, executor=executor, on_run=on_run) as evaluator,
     ):
         return evolve(experiment, evaluator, rundir, **options)
 

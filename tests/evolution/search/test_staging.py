@@ -27,7 +27,7 @@ GOAL, FAILED, LATE = (RunResult(outcome, 10.0, 1.0) for outcome in ("goal", "col
 class Failing(Evaluator):
     """Answers in this process; one run in seven fails, and the failures depend on the job alone."""
 
-    def run(self, jobs, on_run=None):
+    def run(self, jobs):
         self.driven += len(jobs)
         return [self._answer(job) for job in jobs]
 

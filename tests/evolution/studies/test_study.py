@@ -340,7 +340,7 @@ def test_a_run_that_cannot_be_made_costs_itself_and_what_builds_on_it(tmp_path):
 
 def test_what_would_cost_every_run_stops_the_study(tmp_path, monkeypatch):
     study = small_study(configurations=TWO)
-    monkeypatch.setattr("evolution.studies.running.preparation_of", lambda _: broken_warm_up)
+    monkeypatch.setattr("evolution.runs.exclusive.preparation_of", lambda _: broken_warm_up)
     with pytest.raises(RunError, match="workers cannot start: ImportError: no LLVM here"):
         run_study(study, tmp_path / "s", resources=Resources(executor=WORKERS))
     shutil.rmtree(tmp_path / "s" / "runs")

@@ -20,7 +20,7 @@ def noisy_runs():
     """Runs without a robot."""
     with pytest.MonkeyPatch.context() as patch:
         patch.setattr("evolution.studies.sweep.running.run_job", fake_runs.noisy)
-        patch.setattr("evolution.studies.sweep.running.preparation_of", lambda _: None)
+        patch.setattr("evolution.runs.exclusive.preparation_of", lambda _: None)
         yield
 
 

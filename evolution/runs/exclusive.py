@@ -1,14 +1,14 @@
-"""The store of a directory of results, opened by one process at a time; nothing is lost if the directory vanishes."""
+"""A directory of results, filled by one process at a time; nothing is lost if the directory vanishes."""
 
 from __future__ import annotations
 
 import os
 import tempfile
-from collections.abc import Iterator
+from collections.abc import Iterable, Iterator
 from contextlib import contextmanager
 from pathlib import Path
 
-from evolution.driving import WAIT_SECONDS, ResultStore
+from evolution.driving import WAIT_SECONDS, Evaluator, JobPlan, OnRun, Resources, ResultStore, RunJob, preparation_of
 from evolution.files import DirectoryKind, locked, make_directory, write_bytes
 from evolution.runs.directory import STORE
 from gym_mapbench.errors import MapBenchError, RunError
@@ -36,6 +36,38 @@ def exclusive_store(kind: DirectoryKind, path: Path, wait_s: float = WAIT_SECOND
         _rescued(kind, path, store),
     ):
         yield store
+        kind.check_there(path)
+
+
+@contextmanager
+def exclusive_evaluator(
+    kind: DirectoryKind,
+    path: Path | None,
+    resources: Resources,
+    run_job: RunJob,
+    plans: Iterable[JobPlan],
+    on_run: OnRun | None = None,
+    evaluator_kind: type[Evaluator] = Evaluator,
+) -> Iterator[Evaluator]:
+    """Yield an evaluator that keeps its results in the store of a directory, opened for this process alone.
+
+    Args:
+        kind: Kind of the directory.
+        path: The directory; None keeps the results in memory.
+        resources: Workers, executor and time limits.
+        run_job: Drives one job in a worker process.
+        plans: The runs whose kernels the workers load first.
+        on_run: Called after each run with its job, its result, and the number of remaining runs of its batch.
+        evaluator_kind: The evaluator's class.
+
+    Raises:
+        RunError: As by :func:`exclusive_store`.
+    """
+    with (
+        ResultStore() if path is None else exclusive_store(kind, path, resources.wait_s) as store,
+        resources.evaluator(run_job, store, preparation_of(plans), evaluator_kind, on_run=on_run) as evaluator,
+    ):
+        yield evaluator
 
 
 @contextmanager
