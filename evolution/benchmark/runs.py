@@ -12,6 +12,7 @@ from pathlib import Path
 
 import numpy as np
 
+from evolution.benchmark.paired import WALLS
 from evolution.benchmark.scores import pair_rows, score_rows
 from evolution.driving import Evaluator, Job, JobPlan, OnRun, RunResult
 from evolution.files import Row, Table, Tabled, write_text
@@ -127,6 +128,7 @@ def bench_row(job: Job, result: RunResult) -> Row:
     measures = {**result.metrics, **result.timings}
     return {
         "map": job.scenario.name,
+        WALLS: job.scenario.map.digest,
         "controller": job.controller.name,
         "repeat": job.repeat,
         "seed": result.seed,

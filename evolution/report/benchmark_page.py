@@ -12,6 +12,7 @@ from evolution.benchmark import (
     Benchmark,
     benchmark_document,
     copies_in_words,
+    few_maps_in_words,
     pair_rows,
     score_rows,
     table_of_pairs,
@@ -33,8 +34,9 @@ MOST_REPLAYS = 24
 
 INTERVALS = (
     "Intervals are 95 % intervals: Wilson intervals for shares of runs, bootstrap intervals for means and "
-    f"differences. The bootstrap resamples maps if the benchmark has {FEWEST_FOR_INTERVAL} or more, else runs; fewer "
-    f"than {FEWEST_FOR_INTERVAL} maps or runs give no interval. Runs that are equal in every measure count once."
+    f"differences. The units are maps if the benchmark has {FEWEST_FOR_INTERVAL} or more, else tasks if it has as "
+    f"many of them, else runs; fewer than {FEWEST_FOR_INTERVAL} units give no bootstrap interval. A Wilson interval is "
+    "the wider, the more the runs of one unit are alike. Runs that are equal in every measure count once."
 )
 REASONS = ("map", "controller", "repeat", "outcome", "reason")
 """Columns of the table of failed runs."""
@@ -91,7 +93,7 @@ def verdict_of_benchmark(rows: Sequence[Row], controllers: Sequence[str]) -> lis
     """
     ordered = sorted(score_rows(rows, controllers), key=lambda row: (-row["success"], row["mean s"] or np.inf))
     pairs = [sentence for pair in pair_rows(rows, [row["controller"] for row in ordered]) for sentence in _faster(pair)]
-    return [_sentence(row) for row in ordered] + pairs + copies_in_words(rows)
+    return [_sentence(row) for row in ordered] + pairs + few_maps_in_words(rows) + copies_in_words(rows)
 
 
 def _sentence(row: Row) -> str:

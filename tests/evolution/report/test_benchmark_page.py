@@ -35,7 +35,7 @@ def test_the_verdict_by_hand():
     rows = runs("slow", [20.0, 22.0, 21.0, 23.0, 24.0]) + runs("fast", [10.0, 12.0, 11.0, 13.0, 14.0])
     fast, slow, pair = verdict_of_benchmark(rows, ("slow", "fast"))
     assert fast == (
-        "fast reaches the goal in 5 of 5 runs (100 %, 95 % interval 57 to 100 %), in 12.0 s (10.8 to 13.2) in the mean "
+        "fast reaches the goal in 5 of 5 runs (100 %, 95 % interval 57 to 100 %), in 12.0 s (10.4 to 13.8) in the mean "
         "of these."
     )
     assert slow.startswith("slow reaches the goal in 5 of 5 runs")
@@ -81,7 +81,7 @@ def test_a_file_of_results_has_no_maps_to_replay(tmp_path):
 def test_tables_of_the_page_are_for_readers():
     scores = table_of_scores(score_rows(runs("a", [20.0, 22.0, 21.0, 23.0, 24.0]), ("a",)))
     assert [row["a"] for row in scores][:2] == ["100 (56.6 to 100)", "0 (0 to 43.4)"]
-    assert {row["over all maps"]: row["a"] for row in scores}["mean s"] == "22 (20.8 to 23.2)"
+    assert {row["over all maps"]: row["a"] for row in scores}["mean s"] == "22 (20.4 to 23.8)"
 
 
 @pytest.mark.parametrize(("maps", "repeats", "words"), [(1, 1, "1 map, 1 run"), (20, 3, "20 maps, 3 runs")])
