@@ -128,7 +128,6 @@ def bench_row(job: Job, result: RunResult) -> Row:
     measures = {**result.metrics, **result.timings}
     return {
         "map": job.scenario.name,
-        WALLS: job.scenario.map.digest,
         "controller": job.controller.name,
         "repeat": job.repeat,
         "seed": result.seed,
@@ -136,6 +135,7 @@ def bench_row(job: Job, result: RunResult) -> Row:
         "time_s": result.time_s,
         "path_length_m": result.path_length_m,
         "reason": result.reason,
+        WALLS: job.scenario.map.digest,
         **{name: value if math.isfinite(value) else None for name, value in measures.items() if name != "time"},
     }
 

@@ -76,11 +76,13 @@ def _document(comparison: Comparison) -> dict[str, object]:
 
 
 def _print(comparison: Comparison) -> None:
-    table = Table()
-    for column in ("map", "controller", "ours, s", "theirs, s", "ratio"):
+    table = Table(title="Runs at the goal, and their median time, s")
+    for column in ("map", "controller", "our goals", "ours, s", "their goals", "theirs, s", "ratio"):
         table.add_column(column, justify="left" if column in ("map", "controller") else "right")
     for pair in comparison.pairs:
-        table.add_row(pair.map, pair.controller, *(_cell(value) for value in (pair.ours, pair.theirs, pair.ratio)))
+        ours, theirs = f"{pair.our_goals}/{pair.our_runs}", f"{pair.their_goals}/{pair.their_runs}"
+        times = (_cell(value) for value in (pair.ours, pair.theirs, pair.ratio))
+        table.add_row(pair.map, pair.controller, ours, next(times), theirs, *times)
     console.print(table)
     console.print(_correlation(comparison))
     for name, kept in comparison.order_kept.items():

@@ -148,6 +148,17 @@ def test_a_damaged_summary_is_named(done, tmp_path):
         load_tuning(tmp_path / "copy")
 
 
+def test_the_summary_of_another_tuning_is_refused(done, tmp_path):
+    shutil.copytree(done.path, tmp_path / "copy")
+    config = read_json(tmp_path / "copy/tuning.json")
+    config["tuning"]["settings"]["seed"] += 1
+    (tmp_path / "copy/tuning.json").write_text(json.dumps(config))
+    with pytest.raises(
+        RunError, match=r"summary\.json: expected the summary of the tuning in tuning\.json, got that of"
+    ):
+        load_tuning(tmp_path / "copy")
+
+
 def test_no_better_value_leaves_the_file_as_it_was(tmp_path):
     result = tune(tmp_path / "own", fakes.plan(trials=1))
     assert result.verdict[0].startswith("No trial beats the own values")
