@@ -18,7 +18,7 @@ from evolution.benchmark.barn import (
     refuse_ruled,
     score_runs,
 )
-from evolution.benchmark.comparison import Comparison, check_maps, compare, our_times, times_of_results
+from evolution.benchmark.comparison import Comparison, check_maps, check_one_setup, compare, our_times, times_of_results
 from evolution.benchmark.comparison_verdict import differences_in_words, verdict_of_comparison, verdict_of_pairs
 from evolution.benchmark.configurations import (
     Configuration,
@@ -83,6 +83,7 @@ __all__ = [
     "broken",
     "check_configurations",
     "check_maps",
+    "check_one_setup",
     "compare",
     "compare_paired",
     "compare_rows",

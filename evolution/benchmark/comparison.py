@@ -105,6 +105,22 @@ def check_maps(ours: LoadedRun | Benchmark, results: Iterable[RunnerResult]) -> 
             raise MapFormatError(f"results: expected the map {name} of ours, got one with other walls, start or goal")
 
 
+def check_one_setup(results: Iterable[RunnerResult]) -> None:
+    """Refuse results of several simulators, or with several parameters of Nav2, as their times are not one sample.
+
+    Raises:
+        MapFormatError: Naming what differs.
+    """
+    results = list(results)
+    for what, found in (
+        ("simulator", {result.simulator for result in results}),
+        ("set of parameters and behaviour trees", {result.params for result in results}),
+    ):
+        if len(found) > 1:
+            named = ", ".join(one or "none written" for one in sorted(found))
+            raise MapFormatError(f"results: expected runs with one {what}, got {len(found)} ({named})")
+
+
 def times_of_results(results: Iterable[RunnerResult]) -> Times:
     """Return the times of a runner's CSV.
 

@@ -8,7 +8,7 @@ from dataclasses import asdict
 
 from rich.table import Table
 
-from evolution.benchmark import Benchmark, Comparison, check_maps, compare, our_times, times_of_results
+from evolution.benchmark import Benchmark, Comparison, check_maps, check_one_setup, compare, our_times, times_of_results
 from evolution.commands import options
 from evolution.commands.console import console, print_json
 from evolution.files import counted
@@ -40,6 +40,7 @@ def run(args: argparse.Namespace) -> int:
     results = read_runner_results(args.csv)
     ours = _ours(args.ours)
     check_maps(ours, results)
+    check_one_setup(results)
     comparison = compare(our_times(ours), times_of_results(results))
     touched = sum(bool(result.contacts) for result in results)
     if args.format == "json":

@@ -87,6 +87,22 @@ def test_results_on_another_map_of_the_same_name_are_refused(files, capsys):
     assert "expected the map map_2 of ours, got one with other walls, start or goal" in capsys.readouterr().err
 
 
+@pytest.mark.parametrize(
+    ("column", "message"),
+    [
+        ("simulator", "expected runs with one simulator, got 2 (classic, gz)"),
+        ("params", "expected runs with one set of parameters and behaviour trees, got 2 (classic, gz)"),
+    ],
+)
+def test_results_of_two_simulators_or_parameters_are_no_sample(files, capsys, column, message):
+    head, first, *rows = SAMPLE.splitlines()
+    (files / "results.csv").write_text(
+        "\n".join([f"{head},{column}", f"{first},classic", *(f"{one},gz" for one in rows)])
+    )
+    assert main(["import-results", str(files / "results.csv"), "--ours", str(files / "bench.json")]) == 2
+    assert message in capsys.readouterr().err
+
+
 def test_changed_order_is_said():
     ours = {("a", "x"): (10.0,), ("a", "y"): (10.0,), ("b", "x"): (10.0,), ("b", "y"): (20.0,)}
     theirs = {("a", "x"): (10.0,), ("a", "y"): (40.0,), ("b", "x"): (10.0,), ("b", "y"): (20.0,)}
