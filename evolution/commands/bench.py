@@ -13,6 +13,7 @@ from evolution.benchmark import (
     Benchmark,
     copies_in_words,
     correlation_with,
+    few_maps_in_words,
     official_lengths,
     read_rule,
     reevaluation_sentence,
@@ -167,6 +168,7 @@ def print_benchmark(result: Benchmark, form: str, notes: Sequence[str] = ()) -> 
     if len({row["map"] for row in result.rows}) > 1:
         print_table(table_of_scores(result.table("controllers")))
         print_table(table_of_pairs(result.table("pairs")))
+        notes = [*few_maps_in_words(result.rows), *notes]
     for line in [*result.failures, *copies_in_words(result.rows), *notes]:
         console.print(line)
 

@@ -10,9 +10,11 @@ import yaml
 
 from evolution.benchmark import (
     Benchmark,
+    Place,
     benchmark_document,
     copies_in_words,
     few_maps_in_words,
+    maps_in_words,
     pair_rows,
     score_rows,
     table_of_pairs,
@@ -64,7 +66,7 @@ def write_benchmark_report(
 def report_of_benchmark(result: Benchmark, plan: JobPlan, arguments: Sequence[str], notes: Sequence[str]) -> Report:
     """Return the page of a benchmark; the arguments are those of :func:`write_benchmark_report`."""
     driven = [_driven(result, plan, scenario) for scenario in result.scenarios[:MOST_REPLAYS]]
-    count = maps_and_runs(len(result.scenarios), plan.repeats)
+    count = maps_and_runs(result.scenarios, plan.repeats)
     return Report(
         title="Benchmark",
         subtitle=f"{count}: {', '.join(plan.names)}; seed {plan.root_seed}",
@@ -79,9 +81,10 @@ def report_of_benchmark(result: Benchmark, plan: JobPlan, arguments: Sequence[st
     )
 
 
-def maps_and_runs(maps: int, repeats: int) -> str:
-    """Return the number of maps and of runs on each of them in words."""
-    return f"{counted(maps, 'map')}, {counted(repeats, 'run')} of each controller on each"
+def maps_and_runs(scenarios: Sequence[Scenario], repeats: int) -> str:
+    """Return the number of maps, with their tasks if they have several, and of runs on each in words."""
+    maps = maps_in_words(Place(one.name, one.map.digest) for one in scenarios)
+    return f"{maps}, {counted(repeats, 'run')} of each controller on each"
 
 
 def verdict_of_benchmark(rows: Sequence[Row], controllers: Sequence[str]) -> list[str]:

@@ -6,6 +6,7 @@ import json
 import re
 from pathlib import Path
 
+import numpy as np
 import pytest
 
 from evolution.benchmark import read_bench, score_rows, table_of_scores
@@ -13,6 +14,8 @@ from evolution.cli import main
 from evolution.report import write_benchmark_report
 from evolution.report.benchmark_page import maps_and_runs, split_reasons, verdict_of_benchmark
 from gym_mapbench.errors import RunError
+from gym_mapbench.world.gridmap import GridMap
+from gym_mapbench.world.scenario import Pose, Scenario
 
 OFFICE = str(Path(__file__).resolve().parents[3] / "examples" / "office.yaml")
 
@@ -84,9 +87,18 @@ def test_tables_of_the_page_are_for_readers():
     assert {row["over all maps"]: row["a"] for row in scores}["mean s"] == "22 (20.4 to 23.8)"
 
 
-@pytest.mark.parametrize(("maps", "repeats", "words"), [(1, 1, "1 map, 1 run"), (20, 3, "20 maps, 3 runs")])
-def test_maps_and_runs_in_words(maps, repeats, words):
-    assert maps_and_runs(maps, repeats) == f"{words} of each controller on each"
+@pytest.mark.parametrize(
+    ("maps", "tasks", "repeats", "words"),
+    [(1, 1, 1, "1 map, 1 run"), (20, 1, 3, "20 maps, 3 runs"), (2, 4, 3, "8 tasks on 2 maps, 3 runs")],
+)
+def test_maps_and_runs_in_words(maps, tasks, repeats, words):
+    grids = [GridMap(np.zeros((5, 5 + number), dtype=np.bool_), 1.0) for number in range(maps)]
+    scenarios = [
+        Scenario(grid, Pose(0.5, 0.5), Pose(1.5 + task, 0.5), f"{number}_{task}")
+        for number, grid in enumerate(grids)
+        for task in range(tasks)
+    ]
+    assert maps_and_runs(scenarios, repeats) == f"{words} of each controller on each"
 
 
 def test_reasons_have_a_table_of_their_own():

@@ -316,7 +316,7 @@ def test_ranks_use_the_seeds_that_all_share():
 
 
 def test_the_best_median_is_not_said_to_beat_what_is_better_in_most_pairs():
-    """Nine of twenty searches for ``a`` find no pattern, and those for ``b`` are either far better or a little worse."""
+    """Nine of twenty searches with ``a`` find no pattern; those with ``b`` are far better or a little worse."""
     a = [-5.0 - s / 1000 if s < 11 else 50.0 + s / 1000 for s in range(20)]
     b = [-9.0 - s / 1000 if s < 9 else -4.0 + s / 1000 for s in range(20)]
     study = made_study(*[made_run(name, s, values[s]) for name, values in (("a", a), ("b", b)) for s in range(20)])
