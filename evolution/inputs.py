@@ -223,7 +223,13 @@ def _refuse_task(maps: str, start: PoseLike | None, goal: PoseLike | None) -> No
 
 
 def specs_of(controllers: Controllers) -> tuple[ControllerSpec, ...]:
-    """Return the controllers."""
+    """Return the controllers.
+
+    Raises:
+        ConfigError: If they are something else.
+    """
+    if isinstance(controllers, Mapping) or not isinstance(controllers, Iterable):
+        raise ConfigError(f"controllers: expected a name or a list of names or mappings, got {controllers!r:.80}")
     entries = [controllers] if isinstance(controllers, str) else list(controllers)
     return controllers_from([one.model_dump() if isinstance(one, ControllerSpec) else one for one in entries])
 

@@ -132,10 +132,10 @@ def _medians_of_resamples(ordered: NDArray[np.float64]) -> tuple[NDArray[np.floa
     return (ordered[first] + ordered[second]) / 2, chances[first, second]
 
 
-def wilson_interval(successes: float, n: int) -> tuple[float, float]:
+def wilson_interval(successes: float, n: float) -> tuple[float, float]:
     """Wilson's interval of a share; (0, 1) if there is no trial.
 
-    ``successes`` need not be whole, as copies of a run count once.
+    Neither number need be whole, as runs that depend on each other count as fewer.
     Source: Newcombe (1998), method 3. These are the bits of ``scipy.stats``, which takes a second to import.
     """
     if n == 0:
@@ -147,10 +147,38 @@ def wilson_interval(successes: float, n: int) -> tuple[float, float]:
     return 0.0 if successes == 0 else middle - reach, 1.0 if successes == n else middle + reach
 
 
+def share_interval(share: float, groups: Sequence[Sequence[float]]) -> tuple[float, float]:
+    """Wilson's interval of a share of trials that come in groups, such as the runs on one map.
+
+    The trials of a group may depend on each other, so they count as fewer: by the design effect, the variance of the
+    share between groups over that of independent trials (Kish 1965). Few groups can all be alike by chance, so the
+    design effect is that of two more groups, of which one always succeeds and one always fails. With one trial in
+    each group it is Wilson's interval of the trials.
+
+    Args:
+        share: The share.
+        groups: The trials of each group, 1 for a success and 0 for a failure.
+    """
+    sizes = np.array([len(group) for group in groups], dtype=float)
+    n = float(sizes.sum())
+    if n == 0:
+        return wilson_interval(0, 0)
+    weights = np.append(sizes, [sizes.mean()] * 2)
+    shares = np.array([*map(np.mean, groups), 1.0, 0.0])
+    total, mean = weights.sum(), np.average(shares, weights=weights)
+    between = len(weights) / (len(weights) - 1) * ((weights * (shares - mean)) ** 2).sum() / total**2
+    effect = between / (mean * (1 - mean) / total)
+    effective = n / float(np.clip(effect, 1.0, (sizes**2).sum() / n))
+    return wilson_interval(share * effective, effective)
+
+
 def bootstrap_interval(
     values: ArrayLike, rng: np.random.Generator, counts: ArrayLike | None = None
 ) -> tuple[float, float]:
-    """Percentile bootstrap interval of the mean.
+    """Expanded percentile bootstrap interval of the mean.
+
+    The percentiles lie further out than those of the resamples, as Student's quantile lies beyond the normal one: the
+    plain percentile interval of five values holds the mean in 85 % of samples only (Hesterberg 2015, section 5.3).
 
     Args:
         values: The values that are resampled.
@@ -158,16 +186,22 @@ def bootstrap_interval(
         counts: By how much each value counts in the mean, above 0: such as the runs whose mean it is; None for alike.
 
     Raises:
-        ConfigError: If there is no value.
+        ConfigError: If there are fewer than two values.
     """
     sample = np.asarray(values, dtype=float)
-    if len(sample) == 0:
-        raise ConfigError("bootstrap: expected at least one value, got none")
+    if len(sample) < 2:
+        raise ConfigError(f"bootstrap: expected at least two values, got {len(sample)}")
     weights = np.ones(len(sample)) if counts is None else np.asarray(counts, dtype=float) / np.max(counts)
     places = rng.integers(0, len(sample), (RESAMPLES, len(sample)))
     means = (weights * sample)[places].sum(axis=1) / weights[places].sum(axis=1)
-    low, high = np.quantile(means, TAILS)
+    low, high = np.quantile(means, _expanded_tails(len(sample)))
     return float(low), float(high)
+
+
+def _expanded_tails(n: int) -> tuple[float, float]:
+    """Return the shares of resamples of ``n`` values below the ends of an interval of their mean."""
+    below = float(scipy.special.ndtr(math.sqrt(n / (n - 1)) * scipy.special.stdtrit(n - 1, TAILS[0])))
+    return below, 1.0 - below
 
 
 def kruskal_wallis(groups: Mapping[str, ArrayLike]) -> TestResult:

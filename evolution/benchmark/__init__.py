@@ -18,7 +18,7 @@ from evolution.benchmark.barn import (
     refuse_ruled,
     score_runs,
 )
-from evolution.benchmark.comparison import Comparison, check_maps, compare, our_times, times_of_results
+from evolution.benchmark.comparison import Comparison, check_maps, check_one_setup, compare, our_times, times_of_results
 from evolution.benchmark.comparison_verdict import differences_in_words, verdict_of_comparison, verdict_of_pairs
 from evolution.benchmark.configurations import (
     Configuration,
@@ -30,11 +30,19 @@ from evolution.benchmark.configurations import (
 from evolution.benchmark.directory import BENCHMARK, begin_benchmark, benchmark_document, map_options
 from evolution.benchmark.paired import (
     PairedComparison,
+    Place,
     Trial,
+    Unit,
+    Values,
     compare_paired,
     compare_rows,
     copies_in_words,
-    many_maps,
+    few_maps_in_words,
+    groups_of,
+    maps_in_words,
+    paired_rows,
+    place_of,
+    unit_of,
     units_in_words,
 )
 from evolution.benchmark.parameter_differences import parameter_rows
@@ -60,10 +68,13 @@ __all__ = [
     "Configuration",
     "PairedComparison",
     "ParameterComparison",
+    "Place",
     "Rule",
     "SweptParameter",
     "TimeLost",
     "Trial",
+    "Unit",
+    "Values",
     "barn_settings",
     "begin_benchmark",
     "bench",
@@ -72,6 +83,7 @@ __all__ = [
     "broken",
     "check_configurations",
     "check_maps",
+    "check_one_setup",
     "compare",
     "compare_paired",
     "compare_rows",
@@ -79,13 +91,17 @@ __all__ = [
     "copies_in_words",
     "correlation_with",
     "differences_in_words",
+    "few_maps_in_words",
+    "groups_of",
     "load_barn",
-    "many_maps",
     "map_options",
+    "maps_in_words",
     "official_lengths",
     "our_times",
     "pair_rows",
+    "paired_rows",
     "parameter_rows",
+    "place_of",
     "read_bench",
     "read_rule",
     "read_sweep",
@@ -105,6 +121,7 @@ __all__ = [
     "table_of_scores",
     "time_lost",
     "times_of_results",
+    "unit_of",
     "units_in_words",
     "verdict_of_comparison",
     "verdict_of_pairs",

@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass
+from statistics import median
 
 import numpy as np
 
@@ -19,17 +20,32 @@ INTERVAL_PAIRS = 5
 """Fewest pairs that bound a rank correlation; with fewer, it could be anywhere between -1 and 1."""
 
 Times = Mapping[tuple[str, str], tuple[float, ...]]
-"""Times of the successful runs by (map, controller), s."""
+"""Times of the runs by (map, controller), s; infinite where the goal was not reached."""
 
 
 @dataclass(frozen=True)
 class Pair:
-    """One controller on one map, here and elsewhere; times are means over successful runs, NaN if there is none."""
+    """One controller on one map, here and elsewhere.
+
+    Args:
+        map: Name of the map.
+        controller: Name of the controller.
+        ours: Median time of our runs at the goal, s; NaN if there is none.
+        theirs: That of the others.
+        our_goals: Number of our runs at the goal.
+        our_runs: Number of our runs.
+        their_goals: Number of the others at the goal.
+        their_runs: Number of the others.
+    """
 
     map: str
     controller: str
     ours: float
     theirs: float
+    our_goals: int
+    our_runs: int
+    their_goals: int
+    their_runs: int
 
     @property
     def ratio(self) -> float:
@@ -67,7 +83,7 @@ def compare(ours: Times, theirs: Times) -> Comparison:
         raise MapFormatError(
             f"results: expected maps and controllers of ours ({_names(ours)}), got others ({_names(theirs)})"
         )
-    pairs = tuple(Pair(*key, _mean(ours[key]), _mean(theirs[key])) for key in common)
+    pairs = tuple(_pair(key, ours[key], theirs[key]) for key in common)
     both = [pair for pair in pairs if math.isfinite(pair.ours) and math.isfinite(pair.theirs)]
     return Comparison(
         pairs=pairs,
@@ -89,22 +105,36 @@ def check_maps(ours: LoadedRun | Benchmark, results: Iterable[RunnerResult]) -> 
             raise MapFormatError(f"results: expected the map {name} of ours, got one with other walls, start or goal")
 
 
+def check_one_setup(results: Iterable[RunnerResult]) -> None:
+    """Refuse results of several simulators, or with several parameters of Nav2, as their times are not one sample.
+
+    Raises:
+        MapFormatError: Naming what differs.
+    """
+    results = list(results)
+    for what, found in (
+        ("simulator", {result.simulator for result in results}),
+        ("set of parameters and behaviour trees", {result.params for result in results}),
+    ):
+        if len(found) > 1:
+            named = ", ".join(one or "none written" for one in sorted(found))
+            raise MapFormatError(f"results: expected runs with one {what}, got {len(found)} ({named})")
+
+
 def times_of_results(results: Iterable[RunnerResult]) -> Times:
-    """Return the times of a runner's CSV; a controller that never succeeded on a map has none.
+    """Return the times of a runner's CSV.
 
     An ``error`` is no run: Gazebo or Nav2 was not ready, or too slow for the runner's wall clock.
     """
-    driven = (one for one in results if one.outcome != "error")
-    return _collected((one.map, one.controller, one.success, one.time) for one in driven)
+    return _collected((one.map, one.controller, one.outcome, one.time) for one in results)
 
 
 def our_times(results: LoadedRun | Benchmark) -> Times:
-    """Return the times of the best map set of a run, or of a benchmark."""
+    """Return the times of the best map set of a run, or of a benchmark; an ``error`` is no run."""
     if isinstance(results, Benchmark):
-        rows = results.rows
-        return _collected((row["map"], row["controller"], row["outcome"] == "goal", row["time_s"]) for row in rows)
+        return _collected((row["map"], row["controller"], row["outcome"], row["time_s"]) for row in results.rows)
     return _collected(
-        (entry["name"], name, one["outcome"] == "goal", one["time_s"])
+        (entry["name"], name, one["outcome"], one["time_s"])
         for entry in results.best_results["maps"]
         for name, runs in entry["runs"].items()
         for one in runs
@@ -121,12 +151,11 @@ def _only_in(first: Times, second: Times, what: str) -> list[str]:
     return [f"{name}/{controller}: {what}" for name, controller in first if (name, controller) not in second]
 
 
-def _collected(rows: Iterable[tuple[str, str, bool, float]]) -> Times:
+def _collected(rows: Iterable[tuple[str, str, str, float]]) -> Times:
     times: dict[tuple[str, str], list[float]] = {}
-    for name, controller, success, time in rows:
-        of_pair = times.setdefault((name, controller), [])
-        if success:
-            of_pair.append(float(time))
+    for name, controller, outcome, time in rows:
+        if outcome != "error":
+            times.setdefault((name, controller), []).append(float(time) if outcome == "goal" else math.inf)
     return {key: tuple(values) for key, values in times.items()}
 
 
@@ -150,8 +179,10 @@ def _finite(pair: Pair) -> bool:
     return math.isfinite(pair.ours) and math.isfinite(pair.theirs)
 
 
-def _mean(values: Sequence[float]) -> float:
-    return float(np.mean(values)) if values else math.nan
+def _pair(key: tuple[str, str], ours: Sequence[float], theirs: Sequence[float]) -> Pair:
+    reached, others = ([time for time in times if math.isfinite(time)] for times in (ours, theirs))
+    middle, other = (median(times) if times else math.nan for times in (reached, others))
+    return Pair(*key, middle, other, len(reached), len(ours), len(others), len(theirs))
 
 
 def _names(times: Times) -> str:

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 
 from evolution.benchmark.configurations import ParameterComparison
-from evolution.benchmark.paired import copies_in_words, many_maps, units_in_words
+from evolution.benchmark.paired import copies_in_words, few_maps_in_words, place_of, unit_of, units_in_words
 from evolution.files import Row, counted
 from evolution.statistics import p_in_words
 
@@ -18,7 +18,8 @@ NO_VALUE = "-"
 def verdict_of_comparison(comparison: ParameterComparison) -> list[str]:
     """Return the answer for each pair of sides, the maps with the largest differences, and the keys that differ."""
     found = _of_sweep(comparison) if comparison.against_first else [*verdict_of_pairs(comparison), *_maps(comparison)]
-    return [*found, *copies_in_words(comparison.rows), *_keys(comparison.parameters)]
+    notes = [*few_maps_in_words(comparison.rows), *copies_in_words(comparison.rows)]
+    return [*found, *notes, *_keys(comparison.parameters)]
 
 
 def verdict_of_pairs(comparison: ParameterComparison) -> list[str]:
@@ -71,7 +72,7 @@ def _fastest(own: str, others: Sequence[str], ratio: float) -> str:
 
 
 def _differ(pair: Row) -> bool:
-    return any(pair[key] is not None and pair[key] < LEVEL for key in ("p_success_holm", "p_time_holm"))
+    return any(_winners("a", "b", pair))
 
 
 def differences_in_words(rows: Sequence[Row]) -> list[str]:
@@ -87,7 +88,7 @@ def _of_pair(comparison: ParameterComparison, pair: Row) -> list[str]:
     a, b = pair["first"], pair["second"]
     goals = {name: sum(row["outcome"] == "goal" for row in comparison.sides[name]) for name in (a, b)}
     runs = {name: len(comparison.sides[name]) for name in (a, b)}
-    units = units_in_words(pair["n"], many_maps(row["map"] for row in comparison.sides[a]))
+    units = units_in_words(pair["n"], unit_of(map(place_of, comparison.sides[a])))
     success = (
         f"{b} reaches the goal in {goals[b]} of {counted(runs[b], 'run')}, {a} in {goals[a]} of {runs[a]}. {b} is "
         f"better on {pair['wins']} of {units}, {a} on {pair['losses']} ({p_in_words(pair['p_success_holm'])})."
@@ -97,8 +98,7 @@ def _of_pair(comparison: ParameterComparison, pair: Row) -> list[str]:
 
 def _headline(a: str, b: str, pair: Row) -> str:
     """Return the answer for one pair."""
-    often = _winner(a, b, pair["p_success_holm"], pair["wins"] - pair["losses"])
-    fast = _winner(a, b, pair["p_time_holm"], 1.0 - (pair["time_ratio"] or 1.0))
+    often, fast = _winners(a, b, pair)
     if often is None and fast is None:
         return f"{b} against {a}: no difference is shown, neither in success nor in time."
     if often is None or fast is None or often == fast:
@@ -108,11 +108,18 @@ def _headline(a: str, b: str, pair: Row) -> str:
     return f"{often} reaches the goal more often than {fast}, but {fast} is faster."
 
 
-def _winner(a: str, b: str, p_value: float | None, advantage: float) -> str | None:
-    """Return the side that a test shows to be better; None if the test shows nothing."""
-    if p_value is None or p_value >= LEVEL or advantage == 0:
-        return None
-    return b if advantage > 0 else a
+def _winners(a: str, b: str, pair: Row) -> tuple[str | None, str | None]:
+    """Return the side that is shown to reach the goal more often, and the side that is shown to be faster, if any.
+
+    A side is faster if the test shows a difference and the interval of the ratio is on its side of 1: Wilcoxon's test
+    compares ranks, so a side can have the better ranks and, for a few far better times of the other, the larger mean.
+    """
+    often = fast = None
+    if pair["p_success_holm"] < LEVEL:
+        often = b if pair["wins"] > pair["losses"] else a
+    if pair["p_time_holm"] is not None and pair["p_time_holm"] < LEVEL and pair["ratio_low"] is not None:
+        fast = b if pair["ratio_high"] < 1.0 else a if pair["ratio_low"] > 1.0 else None
+    return often, fast
 
 
 def _time(a: str, b: str, pair: Row) -> list[str]:

@@ -1,9 +1,11 @@
 """Paired statistics: success and times of two sides on the same maps and noise.
 
-The units of every test are maps, because runs on one map depend on each other. With fewer than five maps the units are
-runs, and runs that are equal in every measure count once: without noise, repeats are copies of one run. Success:
-McNemar's exact test (McNemar 1947; a map counts for the side that reaches the goal more often). Time: Wilcoxon's
-signed-rank test and a bootstrap interval of the ratio, over the pairs in which both sides reach the goal.
+The units of every test are maps, because runs on one map depend on each other. Tasks with the same walls are on one
+map, such as those of a ``.scen`` file. With fewer than five maps the units are tasks, and with fewer than five tasks
+runs; results are then about these maps only. Runs that are equal in every measure count once: without noise, repeats
+are copies of one run. Success: McNemar's exact test (McNemar 1947; a unit counts for the side that reaches the goal
+more often). Time: Wilcoxon's signed-rank test and a bootstrap interval of the ratio, over the pairs in which both sides
+reach the goal.
 """
 
 from __future__ import annotations
@@ -12,7 +14,7 @@ import math
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 from statistics import fmean
-from typing import NamedTuple
+from typing import Literal, NamedTuple
 
 import numpy as np
 
@@ -20,6 +22,8 @@ from evolution.files import Row, counted
 from evolution.statistics import FEWEST_FOR_INTERVAL, bootstrap_interval
 
 BOOTSTRAP_SEED = 0
+WALLS = "walls"
+"""Column with the digest of the map without its task."""
 NOT_MEASURED = frozenset({"configuration", "controller", "repeat", "seed", "controller_ms"})
 """Columns in which a copy of a run may differ from it; ``controller_ms`` is wall-clock time."""
 COPIES = (
@@ -28,12 +32,37 @@ COPIES = (
 )
 
 
+FEW_MAPS = "Intervals and tests count {}s and are about these maps only, as there are fewer than five."
+
+
+class Place(NamedTuple):
+    """Where a run is: the name of its task, and what tells the walls of the map apart from others."""
+
+    task: str
+    walls: str
+
+
+Unit = Literal["map", "task", "run"]
+"""What counts once in tests and intervals."""
+Values = Sequence[tuple[Place, float]]
+"""Values of runs with their places."""
+
+
 class Trial(NamedTuple):
-    """One run: its map, whether it reached the goal, and its time, s (NaN if it has none)."""
+    """One run: its task, whether it reached the goal, its time, s (NaN if it has none), and its walls.
+
+    Without walls each task has a map of its own.
+    """
 
     map: str
     success: bool
     time: float
+    walls: str = ""
+
+    @property
+    def place(self) -> Place:
+        """Where the run is."""
+        return Place(self.map, self.walls or self.map)
 
 
 @dataclass(frozen=True)
@@ -42,7 +71,7 @@ class PairedComparison:
 
     Args:
         pairs: Pairs of runs; in :func:`compare_rows` without copies of a pair.
-        n: Units of the test of success: maps, or runs if there are fewer than five maps.
+        n: Units of the test of success: maps, tasks, or runs.
         wins: Units in which the second side reaches the goal more often.
         losses: Units in which the first side does.
         p_success: Two-sided p-value of McNemar's exact test.
@@ -75,11 +104,11 @@ def compare_paired(first: Sequence[Trial], second: Sequence[Trial], rng: np.rand
         rng: Samples the bootstrap.
     """
     pairs = list(zip(first, second, strict=True))
-    many = many_maps(a.map for a, _ in pairs)
-    gains = units([(a.map, float(b.success) - float(a.success)) for a, b in pairs], many)
+    unit = unit_of(a.place for a, _ in pairs)
+    gains = means([(a.place, float(b.success) - float(a.success)) for a, b in pairs], unit)
     wins, losses = sum(gain > 0 for gain in gains), sum(gain < 0 for gain in gains)
     both = [(a, b) for a, b in pairs if a.success and b.success]
-    logs = units([(a.map, math.log(b.time / a.time)) for a, b in both if min(a.time, b.time) > 0], many)
+    logs = means([(a.place, math.log(b.time / a.time)) for a, b in both if min(a.time, b.time) > 0], unit)
     low, high = bootstrap_interval(logs, rng) if len(logs) >= FEWEST_FOR_INTERVAL else (math.nan, math.nan)
     return PairedComparison(
         pairs=len(pairs),
@@ -95,34 +124,49 @@ def compare_paired(first: Sequence[Trial], second: Sequence[Trial], rng: np.rand
     )
 
 
-def many_maps(names: Iterable[str]) -> bool:
-    """Whether runs on maps of these names are on at least five maps, which are then the units."""
-    return len({*names}) >= FEWEST_FOR_INTERVAL
+def unit_of(places: Iterable[Place]) -> Unit:
+    """Return the units of runs at some places: maps if they are at least five, else tasks if these are, else runs."""
+    places = {*places}
+    if len({place.walls for place in places}) >= FEWEST_FOR_INTERVAL:
+        return "map"
+    return "task" if len(places) >= FEWEST_FOR_INTERVAL else "run"
 
 
-def units_in_words(n: int, many: bool) -> str:
-    """Return the number of units in words.
-
-    Args:
-        n: Their number.
-        many: As for :func:`units`.
-    """
-    return counted(n, "map") if many else counted(n, "pair of runs", "pairs of runs")
+def units_in_words(n: int, unit: Unit) -> str:
+    """Return the number of units of paired runs in words."""
+    return counted(n, "pair of runs", "pairs of runs") if unit == "run" else counted(n, unit)
 
 
-def units(values: Sequence[tuple[str, float]], many: bool) -> list[float]:
-    """Return the mean of each map's values if the units are maps, else the values.
+def maps_in_words(places: Iterable[Place], kind: str = "map") -> str:
+    """Return the number of maps in words, with that of tasks if there are more tasks than maps.
 
     Args:
-        values: Values with the names of their maps.
-        many: Whether :func:`many_maps` holds for all runs, those without a value included.
+        places: A place for each task.
+        kind: What a map is called.
     """
-    if not many:
-        return [value for _, value in values]
+    places = {*places}
+    maps = counted(len({place.walls for place in places}), kind)
+    return maps if maps == counted(len(places), kind) else f"{len(places)} tasks on {maps}"
+
+
+def groups_of(values: Values, unit: Unit) -> list[list[float]]:
+    """Return the values of each unit.
+
+    Args:
+        values: Values with their places.
+        unit: That of all runs, those without a value included.
+    """
+    if unit == "run":
+        return [[value] for _, value in values]
     groups: dict[str, list[float]] = {}
-    for name, value in values:
-        groups.setdefault(name, []).append(value)
-    return [fmean(group) for group in groups.values()]
+    for place, value in values:
+        groups.setdefault(place.walls if unit == "map" else place.task, []).append(value)
+    return list(groups.values())
+
+
+def means(values: Values, unit: Unit) -> list[float]:
+    """Return the mean value of each unit; arguments as for :func:`groups_of`."""
+    return [fmean(group) for group in groups_of(values, unit)]
 
 
 def mcnemar(wins: int, losses: int) -> float:
@@ -158,6 +202,12 @@ def distinct_pairs(pairs: Sequence[tuple[Row, Row]]) -> list[tuple[Row, Row]]:
     return list({(_measures(a), _measures(b)): (a, b) for a, b in pairs}.values())
 
 
+def few_maps_in_words(rows: Sequence[Row]) -> list[str]:
+    """Return a sentence on what results on fewer than five maps are about; nothing for more maps, or no run."""
+    unit = unit_of(map(place_of, rows))
+    return [FEW_MAPS.format(unit)] if rows and unit != "map" else []
+
+
 def copies_in_words(rows: Sequence[Row]) -> list[str]:
     """Return a sentence that says how many runs of a benchmark or comparison are copies; nothing if no run is."""
     copies = len(rows) - len({(row.get("configuration"), row["controller"], _measures(row)) for row in rows})
@@ -168,9 +218,15 @@ def _measures(row: Row) -> frozenset[tuple[str, object]]:
     return frozenset((name, value) for name, value in row.items() if name not in NOT_MEASURED)
 
 
+def place_of(row: Row) -> Place:
+    """Return where a run of a benchmark is; in results of an earlier version each task has a map of its own."""
+    return Place(row["map"], row.get(WALLS) or row["map"])
+
+
 def trial_of(row: Row) -> Trial:
     """Return a run of a benchmark as a trial."""
-    return Trial(row["map"], row["outcome"] == "goal", row["time_s"])
+    task, walls = place_of(row)
+    return Trial(task, row["outcome"] == "goal", row["time_s"], walls)
 
 
 def compare_rows(first: Sequence[Row], second: Sequence[Row]) -> PairedComparison:

@@ -12,6 +12,7 @@ from pathlib import Path
 
 import numpy as np
 
+from evolution.benchmark.paired import WALLS
 from evolution.benchmark.scores import pair_rows, score_rows
 from evolution.driving import Evaluator, Job, JobPlan, RunResult
 from evolution.files import Row, Table, Tabled, write_text
@@ -134,6 +135,7 @@ def bench_row(job: Job, result: RunResult) -> Row:
         "time_s": result.time_s,
         "path_length_m": result.path_length_m,
         "reason": result.reason,
+        WALLS: job.scenario.map.digest,
         **{name: value if math.isfinite(value) else None for name, value in measures.items() if name != "time"},
     }
 

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from collections import Counter
 from collections.abc import Sequence
 from itertools import combinations
 from statistics import fmean
@@ -11,14 +10,17 @@ import numpy as np
 
 from evolution.benchmark.paired import (
     BOOTSTRAP_SEED,
+    Unit,
+    Values,
     distinct_pairs,
     distinct_rows,
-    many_maps,
+    groups_of,
     paired_rows,
-    units,
+    place_of,
+    unit_of,
 )
 from evolution.files import Row
-from evolution.statistics import FEWEST_FOR_INTERVAL, bootstrap_interval, wilson_interval
+from evolution.statistics import FEWEST_FOR_INTERVAL, bootstrap_interval, share_interval
 from gym_mapbench.metrics import WEIGHTED_BY_SUCCESS
 
 OF_GOALS = {
@@ -37,8 +39,6 @@ MEANS = (*OF_GOALS, *OF_ALL)
 SHARES = {"success": "goal", "collision": "collision", "timeout": "timeout"}
 """Columns that are shares of the runs, and the outcome whose share they are."""
 
-Values = Sequence[tuple[str, float]]
-"""Values with the names of their maps."""
 RowPairs = Sequence[tuple[Row, Row]]
 
 
@@ -47,7 +47,7 @@ def score_rows(rows: Sequence[Row], controllers: Sequence[str], metrics: Sequenc
 
     The mean of a further metric is that of the runs at the goal, or of all runs if it is weighted by success.
     Of every share and mean there are also the ends of its interval, ``NAME from`` and ``NAME to``: Wilson's for shares,
-    bootstrap for means. The units are those of :mod:`~evolution.benchmark.paired`; None for too few.
+    bootstrap for means. The units are those of :mod:`~evolution.benchmark.paired`; a mean of too few has None.
     """
     return [_score(name, [row for row in rows if row["controller"] == name], metrics) for name in controllers]
 
@@ -63,18 +63,19 @@ def pair_rows(rows: Sequence[Row], controllers: Sequence[str]) -> list[Row]:
 
 def _score(name: str, rows: Sequence[Row], metrics: Sequence[str]) -> Row:
     goals = [row for row in rows if row["outcome"] == "goal"]
-    distinct, many = len(distinct_rows(rows)), many_maps(row["map"] for row in rows)
+    distinct, unit = distinct_rows(rows), unit_of(map(place_of, rows))
     scored: Row = {"controller": name, "goals": len(goals), "runs": len(rows)}
     for column, outcome in SHARES.items():
-        count = sum(row["outcome"] == outcome for row in rows)
-        low, high = wilson_interval(count * distinct / len(rows), distinct)
-        scored |= {column: count / len(rows), f"{column} from": low, f"{column} to": high}
+        share = sum(row["outcome"] == outcome for row in rows) / len(rows)
+        hits = [(place_of(row), float(row["outcome"] == outcome)) for row in distinct]
+        low, high = share_interval(share, groups_of(hits, unit))
+        scored |= {column: share, f"{column} from": low, f"{column} to": high}
     of_all = {metric: metric for metric in metrics if metric in WEIGHTED_BY_SUCCESS}
     of_goals = {metric: metric for metric in metrics if metric not in of_all}
     for chosen, columns in ((goals, OF_GOALS | of_goals), (rows, OF_ALL | of_all)):
         for column, field in columns.items():
             values, once = (_values(some, field) for some in (chosen, distinct_rows(chosen)))
-            scored |= _mean(column, values, once, many)
+            scored |= _mean(column, values, once, unit)
     return scored
 
 
@@ -85,39 +86,39 @@ def value_of(row: Row, field: str) -> float | None:
 
 
 def _values(rows: Sequence[Row], field: str) -> Values:
-    return [(row["map"], value) for row in rows if (value := value_of(row, field)) is not None]
+    return [(place_of(row), value) for row in rows if (value := value_of(row, field)) is not None]
 
 
 def _pair(rows: Sequence[Row], first: str, second: str) -> Row:
     sides = ([row for row in rows if row["controller"] == name] for name in (first, second))
     pairs = paired_rows(*sides)
-    once, many = distinct_pairs(pairs), many_maps(a["map"] for a, _ in pairs)
+    once, unit = distinct_pairs(pairs), unit_of(place_of(a) for a, _ in pairs)
     return {
         "first": first,
         "second": second,
         "pairs": len(pairs),
-        **_mean("gained", _gained(pairs), _gained(once), many),
+        **_mean("gained", _gained(pairs), _gained(once), unit),
         "both": len(_faster(pairs)),
-        **_mean("faster s", _faster(pairs), _faster(once), many),
+        **_mean("faster s", _faster(pairs), _faster(once), unit),
     }
 
 
 def _gained(pairs: RowPairs) -> Values:
-    return [(a["map"], float(b["outcome"] == "goal") - float(a["outcome"] == "goal")) for a, b in pairs]
+    return [(place_of(a), float(b["outcome"] == "goal") - float(a["outcome"] == "goal")) for a, b in pairs]
 
 
 def _faster(pairs: RowPairs) -> Values:
-    return [(a["map"], a["time_s"] - b["time_s"]) for a, b in pairs if a["outcome"] == b["outcome"] == "goal"]
+    return [(place_of(a), a["time_s"] - b["time_s"]) for a, b in pairs if a["outcome"] == b["outcome"] == "goal"]
 
 
-def _mean(name: str, values: Values, once: Values, many: bool) -> Row:
+def _mean(name: str, values: Values, once: Values, unit: Unit) -> Row:
     """Return the mean of values, and the ends of its interval from the values without copies; None for too few.
 
-    A map counts in the interval by its values, as it does in the mean.
+    A unit counts in the interval by its values, as it does in the mean.
     """
     low, high = None, None
-    samples, counts = units(once, many), Counter(where for where, _ in once)
-    if len(samples) >= FEWEST_FOR_INTERVAL:
-        of_maps = list(counts.values()) if many else None
-        low, high = bootstrap_interval(samples, np.random.default_rng(BOOTSTRAP_SEED), of_maps)
+    groups = groups_of(once, unit)
+    if len(groups) >= FEWEST_FOR_INTERVAL:
+        rng = np.random.default_rng(BOOTSTRAP_SEED)
+        low, high = bootstrap_interval(list(map(fmean, groups)), rng, list(map(len, groups)))
     return {name: fmean(value for _, value in values) if values else None, f"{name} from": low, f"{name} to": high}

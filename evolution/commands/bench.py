@@ -13,6 +13,7 @@ from evolution.benchmark import (
     Benchmark,
     copies_in_words,
     correlation_with,
+    few_maps_in_words,
     official_lengths,
     read_rule,
     reevaluation_sentence,
@@ -101,7 +102,11 @@ def add_parser(subparsers: argparse._SubParsersAction[argparse.ArgumentParser]) 
 
 
 def run(args: argparse.Namespace) -> int:
-    """Run the benchmark and print it; return 1 if a rule of ``--fail-if`` is broken."""
+    """Run the benchmark and print it; return 1 if a rule of ``--fail-if`` is broken.
+
+    Raises:
+        RunError: If every run ended in an error.
+    """
     if args.resume and args.out is None:
         raise ConfigError("--resume: expected the directory to continue, --out DIR")
     lengths = _official_lengths(args)
@@ -139,6 +144,7 @@ def run(args: argparse.Namespace) -> int:
     if page is not None:
         write_benchmark_report(result, page, driving_options.repeatable(args.given), as_set)
         note(f"wrote {page}; open it in any browser")
+    driving_options.check_measured(result.rows)
     return report_broken(rules, runs_by_controller(result.rows, [one.name for one in controllers]))
 
 
@@ -162,6 +168,7 @@ def print_benchmark(result: Benchmark, form: str, notes: Sequence[str] = ()) -> 
     if len({row["map"] for row in result.rows}) > 1:
         print_table(table_of_scores(result.table("controllers")))
         print_table(table_of_pairs(result.table("pairs")))
+        notes = [*few_maps_in_words(result.rows), *notes]
     for line in [*result.failures, *copies_in_words(result.rows), *notes]:
         console.print(line)
 

@@ -102,6 +102,7 @@ def run_comparison(args: argparse.Namespace) -> int:
     if page is not None:
         write_comparison_report(result, page, driving_options.repeatable(args.given))
         note(f"wrote {page}; open it in any browser")
+    driving_options.check_measured(result.rows)
     return report_broken(rules, {**result.sides, **result.by_label})
 
 

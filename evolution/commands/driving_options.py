@@ -26,11 +26,11 @@ from evolution.driving import (
     try_controllers,
     with_parameters,
 )
-from evolution.files import counted
+from evolution.files import Row, counted
 from evolution.runs import STORE, LoadedRun, experiment_in
 from evolution.search import DEFAULT_CONTROLLERS, controllers_from
 from gym_mapbench.env.config import EnvConfig
-from gym_mapbench.errors import ConfigError
+from gym_mapbench.errors import ConfigError, RunError
 from gym_mapbench.planners import PLANNERS
 from gym_mapbench.ros_params import parse_defines
 from gym_mapbench.world.noise import NOISES
@@ -255,6 +255,16 @@ def note_reasons(reasons: Sequence[str], runs: int, how_to_repeat: str) -> None:
     if reasons:
         note(f"{len(reasons)} of {counted(runs, 'run')} ended in an error, the first because: {reasons[0]}")
         note(how_to_repeat)
+
+
+def check_measured(rows: Sequence[Row]) -> None:
+    """Refuse results that measure nothing.
+
+    Raises:
+        RunError: If every run ended in an error.
+    """
+    if all(row["outcome"] == "error" for row in rows):
+        raise RunError(f"every run ended in an error, the first because: {rows[0]['reason']}")
 
 
 def parameter_file(args: argparse.Namespace) -> ParameterFile | None:

@@ -8,7 +8,7 @@ from dataclasses import asdict
 
 from rich.table import Table
 
-from evolution.benchmark import Benchmark, Comparison, check_maps, compare, our_times, times_of_results
+from evolution.benchmark import Benchmark, Comparison, check_maps, check_one_setup, compare, our_times, times_of_results
 from evolution.commands import options
 from evolution.commands.console import console, print_json
 from evolution.files import counted
@@ -40,6 +40,7 @@ def run(args: argparse.Namespace) -> int:
     results = read_runner_results(args.csv)
     ours = _ours(args.ours)
     check_maps(ours, results)
+    check_one_setup(results)
     comparison = compare(our_times(ours), times_of_results(results))
     touched = sum(bool(result.contacts) for result in results)
     if args.format == "json":
@@ -76,11 +77,13 @@ def _document(comparison: Comparison) -> dict[str, object]:
 
 
 def _print(comparison: Comparison) -> None:
-    table = Table()
-    for column in ("map", "controller", "ours, s", "theirs, s", "ratio"):
+    table = Table(title="Runs at the goal, and their median time, s")
+    for column in ("map", "controller", "our goals", "ours, s", "their goals", "theirs, s", "ratio"):
         table.add_column(column, justify="left" if column in ("map", "controller") else "right")
     for pair in comparison.pairs:
-        table.add_row(pair.map, pair.controller, *(_cell(value) for value in (pair.ours, pair.theirs, pair.ratio)))
+        ours, theirs = f"{pair.our_goals}/{pair.our_runs}", f"{pair.their_goals}/{pair.their_runs}"
+        times = (_cell(value) for value in (pair.ours, pair.theirs, pair.ratio))
+        table.add_row(pair.map, pair.controller, ours, next(times), theirs, *times)
     console.print(table)
     console.print(_correlation(comparison))
     for name, kept in comparison.order_kept.items():

@@ -124,6 +124,7 @@ def run(args: argparse.Namespace) -> int:
     driving_options.note_errors(result.path)
     what = "The tuned parameters are in" if result.summary.changes else "The unchanged file is"
     console.print(f"{what} {result.params}; look at {page}.")
+    driving_options.check_measured(result.summary.test)
     return 0
 
 

@@ -172,7 +172,7 @@ def _as_written(text: str) -> str:
     return text[1:] if text.startswith("'") else text
 
 
-TEXT_COLUMN = re.compile(r"map(_\d+|_set)?|best_map_set|world|controller|outcome|reason")
+TEXT_COLUMN = re.compile(r"map(_\d+|_set)?|best_map_set|world|walls|controller|outcome|reason")
 
 
 def read_csv(path: Path) -> list[Row]:

@@ -10,8 +10,11 @@ import yaml
 
 from evolution.benchmark import (
     Benchmark,
+    Place,
     benchmark_document,
     copies_in_words,
+    few_maps_in_words,
+    maps_in_words,
     pair_rows,
     score_rows,
     table_of_pairs,
@@ -33,8 +36,9 @@ MOST_REPLAYS = 24
 
 INTERVALS = (
     "Intervals are 95 % intervals: Wilson intervals for shares of runs, bootstrap intervals for means and "
-    f"differences. The bootstrap resamples maps if the benchmark has {FEWEST_FOR_INTERVAL} or more, else runs; fewer "
-    f"than {FEWEST_FOR_INTERVAL} maps or runs give no interval. Runs that are equal in every measure count once."
+    f"differences. The units are maps if the benchmark has {FEWEST_FOR_INTERVAL} or more, else tasks if it has as "
+    f"many of them, else runs; fewer than {FEWEST_FOR_INTERVAL} units give no bootstrap interval. A Wilson interval is "
+    "the wider, the more the runs of one unit are alike. Runs that are equal in every measure count once."
 )
 REASONS = ("map", "controller", "repeat", "outcome", "reason")
 """Columns of the table of failed runs."""
@@ -62,7 +66,7 @@ def write_benchmark_report(
 def report_of_benchmark(result: Benchmark, plan: JobPlan, arguments: Sequence[str], notes: Sequence[str]) -> Report:
     """Return the page of a benchmark; the arguments are those of :func:`write_benchmark_report`."""
     driven = [_driven(result, plan, scenario) for scenario in result.scenarios[:MOST_REPLAYS]]
-    count = maps_and_runs(len(result.scenarios), plan.repeats)
+    count = maps_and_runs(result.scenarios, plan.repeats)
     return Report(
         title="Benchmark",
         subtitle=f"{count}: {', '.join(plan.names)}; seed {plan.root_seed}",
@@ -77,9 +81,10 @@ def report_of_benchmark(result: Benchmark, plan: JobPlan, arguments: Sequence[st
     )
 
 
-def maps_and_runs(maps: int, repeats: int) -> str:
-    """Return the number of maps and of runs on each of them in words."""
-    return f"{counted(maps, 'map')}, {counted(repeats, 'run')} of each controller on each"
+def maps_and_runs(scenarios: Sequence[Scenario], repeats: int) -> str:
+    """Return the number of maps, with their tasks if they have several, and of runs on each in words."""
+    maps = maps_in_words(Place(one.name, one.map.digest) for one in scenarios)
+    return f"{maps}, {counted(repeats, 'run')} of each controller on each"
 
 
 def verdict_of_benchmark(rows: Sequence[Row], controllers: Sequence[str]) -> list[str]:
@@ -91,7 +96,7 @@ def verdict_of_benchmark(rows: Sequence[Row], controllers: Sequence[str]) -> lis
     """
     ordered = sorted(score_rows(rows, controllers), key=lambda row: (-row["success"], row["mean s"] or np.inf))
     pairs = [sentence for pair in pair_rows(rows, [row["controller"] for row in ordered]) for sentence in _faster(pair)]
-    return [_sentence(row) for row in ordered] + pairs + copies_in_words(rows)
+    return [_sentence(row) for row in ordered] + pairs + few_maps_in_words(rows) + copies_in_words(rows)
 
 
 def _sentence(row: Row) -> str:

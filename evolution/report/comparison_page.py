@@ -51,7 +51,7 @@ def write_comparison_report(result: ParameterComparison, page: Path, arguments: 
     plan = result.configurations[0].plan
     report = Report(
         title="Comparison of parameter sets",
-        subtitle=f"{', '.join(result.by_label)} on {maps_and_runs(len(result.scenarios), plan.repeats)}; "
+        subtitle=f"{', '.join(result.by_label)} on {maps_and_runs(result.scenarios, plan.repeats)}; "
         f"seed {plan.root_seed}",
         verdict=verdict_of_comparison(result),
         command=command_of(arguments, "compare"),

@@ -13,7 +13,7 @@ from evolution.driving import TIME, RunResult
 from evolution.files import Row, counted
 from evolution.runs.map_summary import summary_of_map
 from evolution.search import Evaluation, MapResults, ValidationResult, result_fields
-from evolution.statistics import wilson_interval
+from evolution.statistics import share_interval
 from gym_mapbench.world.scenario import MapSet
 
 GOOD_SET = "that all controllers solve and that has the pattern"
@@ -124,12 +124,15 @@ def contact_sentence(runs: Sequence[Row]) -> list[str]:
     Args:
         runs: Rows of ``runs.csv``.
     """
-    counts = [row["n_contacts"] for row in runs if row.get("n_contacts") is not None]
-    if not counts:
+    touches: dict[str, list[float]] = {}
+    for row in runs:
+        if row.get("n_contacts") is not None:
+            touches.setdefault(row["map"], []).append(float(row["n_contacts"] > 0))
+    if not touches:
         return []
-    touched = sum(count > 0 for count in counts)
-    low, high = wilson_interval(touched, len(counts))
-    return [f"{touched} of {counted(len(counts), 'run')} touch a wall or body ({100 * low:.1f} to {100 * high:.1f} %)."]
+    touched, count = sum(map(sum, touches.values())), sum(map(len, touches.values()))
+    low, high = share_interval(touched / count, list(touches.values()))
+    return [f"{touched:.0f} of {counted(count, 'run')} touch a wall or body ({100 * low:.1f} to {100 * high:.1f} %)."]
 
 
 def failing_controller_sentence(results: Mapping[str, Any], runs: Sequence[Row]) -> list[str]:

@@ -65,6 +65,10 @@ numbers only, and runs nothing that is in here.
 """
 
 
+NO_SCORE = -1.0
+"""Best success in ``state.json`` before the first evaluation."""
+
+
 class State(Document):
     """``state.json``."""
 
@@ -227,6 +231,8 @@ class TrainingDir:
         path = self.path / CURVE
         rows = read_csv(path) if path.is_file() else []
         check_rows(CurveRow, rows, path)
+        if not rows and self.state is not None and self.state["best"] > NO_SCORE:
+            raise RunError(f"{path}: expected the evaluations that chose the best model so far, got none")
         return rows
 
     def write_curve(self, rows: Sequence[Row]) -> None:

@@ -23,6 +23,7 @@ from evolution.training.directory import (
     CURVE_FIGURE,
     FIGURES,
     LATEST,
+    NO_SCORE,
     STATISTICS,
     TrainingDir,
 )
@@ -31,7 +32,6 @@ from evolution.training.settings import TrainSettings
 from gym_mapbench.errors import ConfigError
 
 LOG = logging.getLogger(__name__)
-NO_SCORE = -1.0
 
 
 @dataclass(frozen=True)

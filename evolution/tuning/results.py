@@ -17,6 +17,8 @@
 
 from __future__ import annotations
 
+import hashlib
+import json
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -36,6 +38,7 @@ class TuningSummary(Document):
 
     Args:
         verdict: The result in sentences.
+        tuning: Digest of the options, as :func:`digest_of` returns it; empty in the summary of an earlier version.
         controller: The tuned controller.
         objectives: Names of the objectives.
         winner: Number of the chosen trial; 0 for the user's own values.
@@ -50,6 +53,7 @@ class TuningSummary(Document):
     """
 
     verdict: list[str]
+    tuning: str = ""
     controller: str
     objectives: list[str]
     winner: int
@@ -112,5 +116,18 @@ def load_tuning(path: str | Path) -> Tuning:
     if not (path / SUMMARY).is_file():
         raise RunError(f"{path}: the tuning was not finished; continue it with --resume")
     with advising():
-        summary = read_document(TuningSummary, path / SUMMARY)
-    return Tuning(path, config, TuningSummary.model_validate(summary))
+        summary = TuningSummary.model_validate(read_document(TuningSummary, path / SUMMARY))
+        if summary.tuning not in ("", digest_of(config)):
+            raise RunError(
+                f"{path / SUMMARY}: expected the summary of the tuning in {TUNING.mark}, got that of another"
+            )
+    return Tuning(path, config, summary)
+
+
+def digest_of(config: Row) -> str:
+    """Return a content hash of everything that the result of a tuning depends on.
+
+    Args:
+        config: Content of ``tuning.json``.
+    """
+    return hashlib.blake2b(json.dumps(config["tuning"], sort_keys=True).encode(), digest_size=16).hexdigest()

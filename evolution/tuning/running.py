@@ -25,6 +25,7 @@ from evolution.tuning.results import (
     TRIALS,
     TUNING,
     Tuning,
+    digest_of,
     load_tuning,
 )
 from evolution.tuning.rounds import Round, matrix, search_in_rounds
@@ -209,6 +210,6 @@ def _write(outcome: _Outcome, text: ParameterText, path: Path) -> None:
         write_map_set(group_scenarios(outcome.evolved), path / EVOLVED_MAPS)
     write_text(path / TRIALS, csv_of(outcome.trial_rows()))
     write_text(path / TEST, csv_of(outcome.test))
-    summary = outcome.summary()
+    summary = {"tuning": digest_of(TUNING.open(path)), **outcome.summary()}
     write_figures(path, summary)
     write_json(path / SUMMARY, summary)

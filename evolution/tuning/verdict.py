@@ -10,7 +10,7 @@ from statistics import fmean, median
 import numpy as np
 
 from controllers.nav2_params.values import Value
-from evolution.benchmark import compare_rows, many_maps, units_in_words
+from evolution.benchmark import compare_rows, groups_of, maps_in_words, paired_rows, place_of, unit_of, units_in_words
 from evolution.files import Row, counted
 from evolution.statistics import FEWEST_FOR_INTERVAL, bootstrap_interval
 from evolution.tuning.plan import TuningPlan
@@ -24,11 +24,11 @@ MOST_CHANGES = 5
 
 @dataclass(frozen=True)
 class CostDifference:
-    """Cost of the tuned values minus cost of the user's own on the test maps, paired by map.
+    """Cost of the tuned values minus cost of the user's own on the test maps, paired by map and noise.
 
     Args:
-        mean: Mean over the maps; negative if the tuned values are better.
-        low: Lower end of the 95 % bootstrap interval; None for too few maps.
+        mean: Mean over the runs; negative if the tuned values are better.
+        low: Lower end of the 95 % bootstrap interval; None for too few maps and tasks.
         high: Upper end.
     """
 
@@ -40,21 +40,23 @@ class CostDifference:
         """Return whether the tuned values are better, and the change of the cost, in words."""
         change = f"the mean cost {cost} changes by {self.mean:+.2f}"
         if self.low is None or self.high is None:
-            return f"{change}; it takes {FEWEST_FOR_INTERVAL} test maps to tell whether the tuned values are better"
+            needed = f"it takes {FEWEST_FOR_INTERVAL} test maps or tasks"
+            return f"{change}; {needed} to tell whether the tuned values are better"
         not_better = "worse" if self.low > 0 else "not shown to be better"
         found = "better" if self.high < 0 else not_better
         return f"the tuned values are {found}: {change} (95 % interval {self.low:.2f} to {self.high:.2f})"
 
 
 def cost_difference(test: Sequence[Row]) -> CostDifference:
-    """Return the paired difference of the first cost over the test maps."""
-    costs: dict[str, dict[str, list[float]]] = {OWN: {}, TUNED: {}}
-    for row in test:
-        costs[row["controller"]].setdefault(row["map"], []).append(row["cost"])
-    differences = [fmean(costs[TUNED][name]) - fmean(costs[OWN][name]) for name in costs[OWN]]
-    if len(differences) < FEWEST_FOR_INTERVAL:
-        return CostDifference(fmean(differences), None, None)
-    return CostDifference(fmean(differences), *bootstrap_interval(differences, np.random.default_rng(BOOTSTRAP_SEED)))
+    """Return the paired difference of the first cost over the test maps, or over tasks if the maps are few."""
+    own, tuned = ([row for row in test if row["controller"] == name] for name in (OWN, TUNED))
+    pairs = [(place_of(a), b["cost"] - a["cost"]) for a, b in paired_rows(own, tuned)]
+    unit = unit_of(place for place, _ in pairs)
+    mean, groups = fmean(more for _, more in pairs), groups_of(pairs, "task" if unit == "run" else unit)
+    if len(groups) < FEWEST_FOR_INTERVAL:
+        return CostDifference(mean, None, None)
+    rng = np.random.default_rng(BOOTSTRAP_SEED)
+    return CostDifference(mean, *bootstrap_interval(list(map(fmean, groups)), rng, list(map(len, groups))))
 
 
 def verdict_of(plan: TuningPlan, searched: Searched, winner: Finalist, test: Sequence[Row]) -> list[str]:
@@ -64,7 +66,7 @@ def verdict_of(plan: TuningPlan, searched: Searched, winner: Finalist, test: Seq
         first = "No trial beats the own values on held-out seeds, so the parameter file is unchanged."
         return [first, _reached(test, OWN), search]
     found = cost_difference(test).in_words(plan.settings.objectives[0])
-    first = f"On {counted(len(plan.test), 'test map')} that the search has not seen, {found}."
+    first = f"On {maps_in_words(map(place_of, test), 'test map')} that the search has not seen, {found}."
     changed = _changes(plan.own, winner.values, searched.importances[0])
     return [first, _reached(test, OWN), _reached(test, TUNED), *_paired(test), *_met(winner), changed, search]
 
@@ -84,7 +86,7 @@ def _paired(test: Sequence[Row]) -> list[str]:
     """Return the paired comparison of success and time in words."""
     own, tuned = ([row for row in test if row["controller"] == name] for name in (OWN, TUNED))
     found = compare_rows(own, tuned)
-    units = units_in_words(found.n, many_maps(row["map"] for row in own))
+    units = units_in_words(found.n, unit_of(map(place_of, own)))
     lines = [
         f"The tuned values reach the goal more often on {found.wins} of {units} and less often on "
         f"{found.losses} (McNemar's exact test: p = {found.p_success:.2g})."

@@ -10,9 +10,9 @@ from typing import NamedTuple
 from gym_mapbench.errors import MapFormatError
 from gym_mapbench.mapio.source import as_number, read_text, short
 
-COLUMNS = ("map", "controller", "repeat", "outcome", "time_s", "path_length_m", "contacts", "digest")
-ADDED_LATER = ("contacts", "digest")
+ADDED_LATER = ("contacts", "digest", "simulator", "params")
 """Columns that the runners of older packages did not write."""
+COLUMNS = ("map", "controller", "repeat", "outcome", "time_s", "path_length_m", *ADDED_LATER)
 RUNNER_OUTCOMES = ("goal", "aborted", "timeout", "error")
 MAX_RESULTS_BYTES = 50_000_000
 
@@ -21,7 +21,8 @@ class RunnerResult(NamedTuple):
     """One run as the runner measured it: simulated seconds, path length in m; ``aborted`` means that Nav2 gave up.
 
     ``contacts`` is how often the robot touched something; None where it was not counted. ``digest`` is that of the map
-    with start and goal; empty where it was not written.
+    with start and goal, ``params`` that of Nav2's parameters and behaviour trees. ``digest``, ``simulator`` and
+    ``params`` are empty where they were not written.
     """
 
     map: str
@@ -32,6 +33,8 @@ class RunnerResult(NamedTuple):
     path_length: float
     contacts: int | None = None
     digest: str = ""
+    simulator: str = ""
+    params: str = ""
 
     @property
     def success(self) -> bool:
@@ -68,5 +71,5 @@ def _parse(row: dict[str, str], where: str) -> RunnerResult:
     if min(repeat, time, length, contacts or 0) < 0:
         raise MapFormatError(f"{where}: expected repeat, time_s, path_length_m and contacts of 0 or more")
     counted = None if contacts is None else int(contacts)
-    digest = row.get("digest", "")
-    return RunnerResult(row["map"], row["controller"], int(repeat), row["outcome"], time, length, counted, digest)
+    said = (row.get(name, "") for name in ("digest", "simulator", "params"))
+    return RunnerResult(row["map"], row["controller"], int(repeat), row["outcome"], time, length, counted, *said)

@@ -124,7 +124,13 @@ def test_another_experiments_directory_is_left_alone(tmp_path, changes, message)
 def test_maps_may_be_there_already():
     scenarios = load_scenarios(OFFICE)
     twice = bench([OFFICE, *scenarios], "rpp", workers=1, robot="turtlebot3_burger", time_limit=20.0)
-    assert len(twice.rows) == 2
+    assert [row["walls"] for row in twice.rows] == [scenarios[0].map.digest] * 2
+
+
+@pytest.mark.parametrize("controllers", [lambda observation: (0.0, 0.0), 3, {"name": "rpp"}])
+def test_controllers_of_another_type_are_refused_in_one_line(controllers):
+    with pytest.raises(ConfigError, match="controllers: expected a name or a list of names or mappings, got "):
+        bench(OFFICE, controllers)
 
 
 @pytest.mark.usefixtures("fake_robot")

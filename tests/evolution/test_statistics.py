@@ -21,6 +21,7 @@ from evolution.statistics import (
     median_interval,
     pairwise_mann_whitney,
     rank_correlation,
+    share_interval,
     summarize,
     vargha_delaney_a12,
     wilson_interval,
@@ -90,6 +91,40 @@ def test_bootstrap_interval_covers_and_repeats():
     low, high = bootstrap_interval(values, np.random.default_rng(1))
     assert low < values.mean() < high
     assert (low, high) == bootstrap_interval(values, np.random.default_rng(1))
+
+
+def test_a_bootstrap_interval_of_five_values_holds_the_mean():
+    """Of normal samples the plain percentile interval holds it in 85 %."""
+    rng = np.random.default_rng(0)
+    held = [low < 0 < high for low, high in (bootstrap_interval(rng.normal(size=5), rng) for _ in range(400))]
+    assert np.mean(held) > 0.91
+    with pytest.raises(ConfigError, match="two values, got 1"):
+        bootstrap_interval([1.0], rng)
+
+
+def test_a_share_of_single_trials_has_wilsons_interval():
+    assert share_interval(0.75, [[1], [1], [0], [1]]) == wilson_interval(3, 4)
+    assert share_interval(0.0, []) == (0.0, 1.0)
+
+
+def test_groups_whose_trials_are_alike_count_once():
+    """Ten runs on each of ten maps, two of which fail whatever the seed, tell as much as one run on each."""
+    groups = [[float(number > 1)] * 10 for number in range(10)]
+    assert share_interval(0.8, groups) == pytest.approx(wilson_interval(8, 10))
+    assert share_interval(1.0, [[1.0] * 10] * 10) == pytest.approx(wilson_interval(10, 10), abs=0.01)
+
+
+@pytest.mark.parametrize(("groups", "repeats"), [(10, 10), (20, 5)])
+def test_the_interval_of_a_share_holds_it_where_failures_depend_on_the_map(groups, repeats):
+    """Wilson's interval of all runs holds it in two of three samples only."""
+    rng = np.random.default_rng(0)
+    held = []
+    for _ in range(300):
+        chances = rng.beta(1.6, 0.4, groups)
+        runs = (rng.random((groups, repeats)) < chances[:, None]).astype(float)
+        low, high = share_interval(float(runs.mean()), runs.tolist())
+        held.append(low <= 0.8 <= high)
+    assert np.mean(held) > 0.92
 
 
 def test_summaries_bound_the_median():

@@ -101,6 +101,7 @@ def test_the_runner_drives_everything_and_its_file_is_read_back(bundle, ros, tmp
     assert {result.contacts for result in results} == {2}
     assert {(result.map, result.digest) for result in results} == {(map_.name, map_.digest) for map_ in maps}
     simulator = simulator_of(bundle)
+    assert {(result.simulator, result.params) for result in results} == {(simulator, runner.digest_of_params())}
     launch = ["ros2", "launch", "mapbench_bundle", "benchmark.launch.py"]
     arguments = [f"simulator:={simulator}", "headless:=true"]
     assert ros.launched == [[*launch, f"map:={map_.name}", *arguments] for map_ in maps]
@@ -304,11 +305,29 @@ def test_bad_results(tmp_path, text, words):
 
 
 def test_runs_on_other_maps_are_not_continued(bundle, ros, tmp_path, capsys):
-    (tmp_path / "times.csv").write_text(HEAD + "map_0,dwb,0,goal,1,2,3,of another package\n")
+    (tmp_path / "times.csv").write_text(HEAD + "map_0,dwb,0,goal,1,2,3,of another package,gz,any\n")
     runner = load(bundle[1] / "run_benchmark.py", "exported_runner")
     assert runner.main(["--out", str(tmp_path / "times.csv"), "--resume"]) == 2
     assert "expected runs on the maps of this package, got other maps named map_0" in capsys.readouterr().err
     assert "another package" in (tmp_path / "times.csv").read_text()
+    assert ros.launched == []
+
+
+def test_runs_with_other_parameters_or_in_another_simulator_are_not_continued(bundle, ros, tmp_path, capsys):
+    maps, folder, _ = bundle
+    runner, out, simulator = (
+        load(folder / "run_benchmark.py", "exported_runner"),
+        tmp_path / "times.csv",
+        simulator_of(bundle),
+    )
+    for setup, message in (
+        (f"stage,{runner.digest_of_params()}", f"expected runs with --simulator {simulator}, got runs with stage"),
+        (f"{simulator},edited", "expected runs with the parameters and behaviour trees of this package, got others"),
+    ):
+        out.write_text(f"{HEAD}map_0,dwb,0,goal,1,2,3,{maps[0].digest},{setup}\n")
+        assert runner.main(["--out", str(out), "--resume"]) == 2
+        assert message in capsys.readouterr().err
+        assert setup in out.read_text()
     assert ros.launched == []
 
 

@@ -87,13 +87,17 @@ def _winner(comparison: Comparison) -> list[str]:
     if not others:
         return [f"{title}: {best} has the median {figures}. It is the only configuration."]
     pairs = [pair for pair in comparison.pairs if pair.groups[0] == best]
-    beaten = [pair for pair in pairs if pair.p_value < ALPHA]
+    beaten = [pair for pair in pairs if pair.p_value < ALPHA and pair.effect > 0.5]
+    worse_than = [pair for pair in pairs if pair.p_value < ALPHA and pair.effect <= 0.5]
     equal = [pair for pair in pairs if pair.p_value >= ALPHA]
     hopeless = [pair.groups[1] for pair in equal if _too_few(pair, comparison)]
     nested = [parent for name, parent in comparison.by_construction if name == best]
     sentences = [f"{title}: {best} has the best median, {figures}."]
     if beaten:
         sentences.append(f"{best} beats {_list([_behind(pair, comparison) for pair in beaten])}.")
+    if worse_than:
+        shown = _list([_behind(pair, comparison) for pair in worse_than])
+        sentences.append(f"In most pairs of searches {best} is worse, whatever its median, than {shown}.")
     if equal:
         shown = _list([_behind(pair, comparison) for pair in equal])
         sentences.append(f"No significant difference between {best} and {shown}.")

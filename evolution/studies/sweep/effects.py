@@ -3,12 +3,13 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
+from statistics import fmean, median
 
 import numpy as np
-from numpy.typing import ArrayLike
 
+from evolution.benchmark import Unit, Values, groups_of, place_of, unit_of
 from evolution.files import Row
-from evolution.statistics import bootstrap_interval, median_interval, wilson_interval
+from evolution.statistics import FEWEST_FOR_INTERVAL, bootstrap_interval, median_interval, share_interval
 
 BOOTSTRAP_SEED = 0
 
@@ -17,9 +18,10 @@ def effect_rows(rows: Sequence[Row], worlds: Sequence[str], controllers: Sequenc
     """Return one row per world and controller; every interval is a 95 % interval.
 
     ``success`` is the success rate, with Wilson's interval. ``gained`` is that rate minus the one in the first world,
-    and ``changed`` the share of runs that succeed in one of the two worlds only. ``time_ratio`` is the median ratio of
-    the time to that in the first world, over the runs that reached the goal in both. All other intervals are bootstrap
-    intervals.
+    and ``changed`` the share of runs that succeed in one of the two worlds only. ``time_ratio`` is the ratio of the
+    time to that in the first world, over the runs that reached the goal in both: the median over units, each with the
+    median of its runs. All other intervals are bootstrap intervals over units, which are those of a comparison
+    (:mod:`evolution.benchmark.paired`): maps, if there are five.
 
     Args:
         rows: The runs, with the columns ``world``, ``controller``, ``map``, ``repeat`` and those of a benchmark.
@@ -46,36 +48,49 @@ def _pairs(
 
 
 def _effect(pairs: Sequence[tuple[Row, Row]], world: str, controller: str) -> Row:
-    before, now = (np.array([pair[side]["outcome"] == "goal" for pair in pairs]) for side in (0, 1))
-    both = [(first["time_s"], row["time_s"]) for first, row in pairs if first["outcome"] == row["outcome"] == "goal"]
-    ratios = [now_s / before_s for before_s, now_s in both]
-    recoveries = [row["n_recoveries"] for _, row in pairs if row.get("n_recoveries") is not None]
-    rng = np.random.default_rng(BOOTSTRAP_SEED)
-    success_low, success_high = wilson_interval(int(now.sum()), len(now))
-    gained_low, gained_high = _mean_interval(now.astype(float) - before, rng)
-    time_low, time_high = median_interval(ratios)
-    recoveries_low, recoveries_high = _mean_interval(recoveries, rng)
-    return {
-        "world": world,
-        "controller": controller,
-        "n": len(pairs),
-        "success": float(now.mean()) if len(now) else np.nan,
-        "success_low": success_low,
-        "success_high": success_high,
-        "gained": float((now.astype(float) - before).mean()) if len(now) else np.nan,
-        "gained_low": gained_low,
-        "gained_high": gained_high,
-        "changed": float((now != before).mean()) if len(now) else np.nan,
-        "solved_in_both": len(ratios),
-        "time_ratio": float(np.median(ratios)) if ratios else np.nan,
-        "time_ratio_low": time_low,
-        "time_ratio_high": time_high,
-        "recoveries": float(np.mean(recoveries)) if recoveries else np.nan,
-        "recoveries_low": recoveries_low,
-        "recoveries_high": recoveries_high,
+    unit = unit_of(place_of(row) for _, row in pairs)
+    success = [(place_of(row), float(row["outcome"] == "goal")) for _, row in pairs]
+    before = [first["outcome"] == "goal" for first, _ in pairs]
+    gained = [(place, now - then) for (place, now), then in zip(success, before, strict=True)]
+    both = [(first, row) for first, row in pairs if first["outcome"] == row["outcome"] == "goal"]
+    ratios = groups_of([(place_of(row), row["time_s"] / first["time_s"]) for first, row in both], unit)
+    recoveries = [(place_of(row), row["n_recoveries"]) for _, row in pairs if row.get("n_recoveries") is not None]
+    share, rng = _mean(success), np.random.default_rng(BOOTSTRAP_SEED)
+    medians = [median(group) for group in ratios]
+    ends = {
+        "success": share_interval(share, groups_of(success, unit)),
+        "gained": _mean_interval(gained, unit, rng),
+        "time_ratio": median_interval(medians),
+        "recoveries": _mean_interval(recoveries, unit, rng),
     }
+    values = {
+        "success": share,
+        "gained": _mean(gained),
+        "changed": _mean([(place, abs(gain)) for place, gain in gained]),
+        "solved_in_both": len(both),
+        "time_ratio": median(medians) if medians else np.nan,
+        "recoveries": _mean(recoveries),
+    }
+    return {"world": world, "controller": controller, "n": len(pairs), **_with_ends(values, ends)}
 
 
-def _mean_interval(values: ArrayLike, rng: np.random.Generator) -> tuple[float, float]:
-    """Return the bootstrap interval of the mean; NaN if there are no values."""
-    return bootstrap_interval(values, rng) if np.size(values) else (np.nan, np.nan)
+def _with_ends(values: Mapping[str, float], ends: Mapping[str, tuple[float, float]]) -> Row:
+    """Return values by column, each followed by the ends of its interval, if it has one."""
+    row: Row = {}
+    for name, value in values.items():
+        row[name] = value
+        if name in ends:
+            row[f"{name}_low"], row[f"{name}_high"] = ends[name]
+    return row
+
+
+def _mean(values: Values) -> float:
+    return fmean(value for _, value in values) if values else np.nan
+
+
+def _mean_interval(values: Values, unit: Unit, rng: np.random.Generator) -> tuple[float, float]:
+    """Return the bootstrap interval of the mean; NaN for too few units."""
+    groups = groups_of(values, unit)
+    if len(groups) < FEWEST_FOR_INTERVAL:
+        return np.nan, np.nan
+    return bootstrap_interval(list(map(fmean, groups)), rng, list(map(len, groups)))

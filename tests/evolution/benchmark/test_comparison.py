@@ -3,10 +3,11 @@
 from __future__ import annotations
 
 import json
+import math
 
 import pytest
 
-from evolution.benchmark import read_bench
+from evolution.benchmark import Benchmark, read_bench
 from evolution.benchmark.comparison import compare, our_times, times_of_results
 from evolution.cli import main
 from gym_mapbench.errors import MapFormatError
@@ -60,6 +61,20 @@ def test_sample_by_hand(files):
     assert comparison.missing == ("map_5/rpp: not in the results", "map_4/mppi: no run of ours")
 
 
+def test_failed_runs_count_and_the_slowest_run_does_not_decide():
+    """Their mean over the goals would be 34 s, and would not say that a run failed."""
+    rows = [("goal", 10.0), ("goal", 80.0), ("goal", 12.0), ("timeout", 150.0), ("error", 0.0)]
+    (pair,) = compare({("m", "dwb"): (12.0,)}, our_times(Benchmark(_rows(rows)))).pairs
+    assert (pair.ours, pair.theirs, pair.ratio) == (12.0, 12.0, 1.0)
+    assert (pair.our_goals, pair.our_runs, pair.their_goals, pair.their_runs) == (1, 1, 3, 4)
+    (failed,) = compare({("m", "dwb"): (12.0,)}, our_times(Benchmark(_rows(rows[3:])))).pairs
+    assert (failed.their_goals, failed.their_runs, math.isnan(failed.theirs)) == (0, 1, True)
+
+
+def _rows(runs):
+    return tuple({"map": "m", "controller": "dwb", "outcome": outcome, "time_s": time} for outcome, time in runs)
+
+
 def test_results_on_another_map_of_the_same_name_are_refused(files, capsys):
     head, *rows = SAMPLE.splitlines()
     digests = {row.partition(",")[0]: f"digest of {row.partition(',')[0]}" for row in rows}
@@ -70,6 +85,22 @@ def test_results_on_another_map_of_the_same_name_are_refused(files, capsys):
         (files / "bench.json").write_text(json.dumps({"maps": maps, **OURS}))
         assert main(argv) == code
     assert "expected the map map_2 of ours, got one with other walls, start or goal" in capsys.readouterr().err
+
+
+@pytest.mark.parametrize(
+    ("column", "message"),
+    [
+        ("simulator", "expected runs with one simulator, got 2 (classic, gz)"),
+        ("params", "expected runs with one set of parameters and behaviour trees, got 2 (classic, gz)"),
+    ],
+)
+def test_results_of_two_simulators_or_parameters_are_no_sample(files, capsys, column, message):
+    head, first, *rows = SAMPLE.splitlines()
+    (files / "results.csv").write_text(
+        "\n".join([f"{head},{column}", f"{first},classic", *(f"{one},gz" for one in rows)])
+    )
+    assert main(["import-results", str(files / "results.csv"), "--ours", str(files / "bench.json")]) == 2
+    assert message in capsys.readouterr().err
 
 
 def test_changed_order_is_said():
@@ -97,7 +128,9 @@ def test_nothing_in_common_is_refused():
 def test_the_command(files, capsys):
     argv = ["import-results", str(files / "results.csv"), "--ours", str(files / "bench.json")]
     assert main(argv) == 0
-    assert "rank correlation" in capsys.readouterr().out
+    printed = capsys.readouterr().out
+    assert "rank correlation" in printed
+    assert "0/1" in printed  # their DWB on map_3
     assert main([*argv, "--format", "json"]) == 0
     assert json.loads(capsys.readouterr().out)["order_kept"] == {"map_1": True, "map_2": True}
 

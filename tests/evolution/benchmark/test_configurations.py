@@ -54,6 +54,26 @@ def test_the_verdict_by_hand():
     assert keys == "The configurations differ in 1 key: x.y."
 
 
+def test_a_side_with_the_worse_ranks_and_the_better_mean_is_not_called_faster():
+    """``b`` is slower on 18 of 20 maps, by a hundredth, and far faster on two."""
+    times = {f"m{number}": 1.0 if number < 2 else 10.1 for number in range(20)}
+    rows = [run("a", name, "goal", 10.0) for name in times] + [run("b", name, "goal", s) for name, s in times.items()]
+    found = ParameterComparison(tuple(rows), ())
+    assert found.pairs[0]["time_ratio"] < 1.0
+    assert found.pairs[0]["p_time_holm"] < 0.05
+    assert verdict_of_comparison(found)[0] == "b against a: no difference is shown, neither in success nor in time."
+    swept = verdict_of_comparison(replace(found, against_first=True))
+    assert "No value is shown to differ from a." in swept
+
+
+def test_tasks_on_one_map_are_not_maps():
+    """Six tasks of one map are six tasks; tests say so, and for which maps they hold."""
+    rows = tuple({**row, "walls": "hall"} for row in by_hand().rows)
+    _, success, *_, few, _ = verdict_of_comparison(ParameterComparison(rows, ()))
+    assert "b is better on 6 of 8 tasks, a on 0" in success
+    assert few == "Intervals and tests count tasks and are about these maps only, as there are fewer than five."
+
+
 def test_equal_sides_are_not_told_apart():
     a = by_hand().rows[8:]
     same = ParameterComparison((*a, *({**row, "configuration": "c"} for row in a)), ())
@@ -298,9 +318,10 @@ def test_the_verdict_of_a_sweep_names_the_values_that_differ():
 )
 def test_the_verdict_of_a_sweep_names_all_values_with_the_most_goals(goals, expected):
     rows = tuple(run(label, "m", "goal" if label in goals else "timeout", 5.0) for label in "abc")
-    often, *_, shown, _ = verdict_of_comparison(ParameterComparison(rows, (), against_first=True))
+    often, *_, shown, few, _ = verdict_of_comparison(ParameterComparison(rows, (), against_first=True))
     assert often == expected
     assert shown == "No value is shown to differ from a."
+    assert few == "Intervals and tests count runs and are about these maps only, as there are fewer than five."
 
 
 def test_times_of_a_sweep_are_compared_where_both_reach_the_goal():

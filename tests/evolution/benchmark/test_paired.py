@@ -9,7 +9,7 @@ from hypothesis import strategies as st
 from scipy import stats
 
 from evolution.benchmark import Trial, compare_paired
-from evolution.benchmark.paired import many_maps, mcnemar, units, wilcoxon
+from evolution.benchmark.paired import Place, groups_of, mcnemar, unit_of, wilcoxon
 
 RUNS = st.lists(
     st.tuples(st.integers(0, 7), st.booleans(), st.booleans(), st.floats(1.0, 60.0), st.floats(1.0, 60.0)),
@@ -54,11 +54,24 @@ def test_runs_on_one_map_of_many_count_once():
     assert (found.pairs, found.n, found.wins, found.losses, found.p_success) == (30, 6, 0, 1, 1.0)
 
 
-def test_runs_are_the_units_of_few_maps():
-    assert not many_maps("aabcd")
-    assert units([("a", 1.0), ("a", 3.0), ("b", 5.0)], many=False) == [1.0, 3.0, 5.0]
-    assert many_maps("aabcde")
-    assert units([(name, 1.0) for name in "aabcde"], many=True) == [1.0] * 5
+def test_units_are_maps_of_five_else_tasks_of_five_else_runs():
+    maps, tasks = [Place(name, name) for name in "aabcde"], [Place(name, "hall") for name in "aabcde"]
+    assert [unit_of(places) for places in (maps, tasks, maps[:5])] == ["map", "task", "run"]
+    assert unit_of([Place(f"{name}_{number}", name) for name in "abcde" for number in range(3)]) == "map"
+    values = [(Place("a", "hall"), 1.0), (Place("a", "hall"), 3.0), (Place("b", "hall"), 5.0)]
+    assert [groups_of(values, unit) for unit in ("map", "task", "run")] == [
+        [[1.0, 3.0, 5.0]],
+        [[1.0, 3.0], [5.0]],
+        [[1.0], [3.0], [5.0]],
+    ]
+
+
+def test_tasks_on_one_map_of_many_count_once():
+    """A side that loses all eight tasks on one of five maps loses one map, whatever the names of the tasks."""
+    first = [Trial(f"m{number}_{task}", True, 10.0, f"m{number}") for number in range(5) for task in range(8)]
+    second = [one._replace(success=one.walls != "m0") for one in first]
+    found = compare_paired(first, second, rng())
+    assert (found.pairs, found.n, found.wins, found.losses, found.p_success) == (40, 5, 0, 1, 1.0)
 
 
 def test_the_units_of_the_times_are_those_of_the_success():

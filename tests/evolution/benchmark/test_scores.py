@@ -100,3 +100,16 @@ def test_few_maps_at_the_goal_of_many_are_still_the_units():
 def _runs_on(name, outcome):
     rows = runs("a", [5.0, 6.0, 7.0, 8.0, 9.0], outcome)
     return [{**row, "map": name, "repeat": repeat} for repeat, row in enumerate(rows)]
+
+
+def test_tasks_with_the_same_walls_count_as_one_map():
+    """On one of five maps all six tasks fail: the interval is that of five maps, not of thirty."""
+    rows = [
+        {**runs("a", [5.0], "timeout" if number == 0 else "goal")[0], "map": f"m{number}_{task}", "walls": f"m{number}"}
+        for number in range(5)
+        for task in range(6)
+    ]
+    (score,) = score_rows(rows, ("a",))
+    assert (score["success from"], score["success to"]) == pytest.approx(wilson_interval(4, 5))
+    (apart,) = score_rows([{**row, "walls": row["map"]} for row in rows], ("a",))
+    assert (apart["success from"], apart["success to"]) == pytest.approx(wilson_interval(24, 30))

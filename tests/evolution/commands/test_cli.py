@@ -202,6 +202,16 @@ def test_errors_are_listed_under_the_table(tmp_path, capsys):
 
 
 @pytest.mark.usefixtures("fake_robot")
+@pytest.mark.parametrize("compared", [[], ["--params", "a=thesis", "--params", "b=fair"]])
+def test_a_benchmark_whose_runs_all_end_in_an_error_has_not_succeeded(capsys, compared):
+    """A CI without rules would take it for done."""
+    assert main(["bench", OFFICE, "--controllers", "raises=rpp", "--workers", "1", "--format", "csv", *compared]) == 2
+    said = capsys.readouterr()
+    assert "error" in said.out
+    assert "every run ended in an error, the first because: ValueError: the costmap is upside down" in said.err
+
+
+@pytest.mark.usefixtures("fake_robot")
 def test_barns_scores_say_that_the_global_costmap_knows_the_map(tmp_path, capsys):
     (tmp_path / "world_0.world").write_text(barn_world([(0, 0), (1, 0)]))
     np.save(tmp_path / "path_0.npy", np.array([[15, 0], [15, 29]]))

@@ -8,10 +8,14 @@ from evolution.runs import contact_sentence, failing_controller_sentence, slow_e
 
 
 def test_runs_with_a_contact_are_counted():
-    counted = [{"n_contacts": count} for count in (0.0, 2.0, 1.0, 0.0)]
+    counted = [{"map": str(number), "n_contacts": count} for number, count in enumerate((0.0, 2.0, 1.0, 0.0))]
     failed = {"n_contacts": None, "outcome": "error"}
     assert contact_sentence([*counted, failed]) == ["2 of 4 runs touch a wall or body (15.0 to 85.0 %)."]
     assert contact_sentence([{"outcome": "goal"}]) == [], "an earlier version counted none"
+    one_map = [{"map": str(number // 5), "n_contacts": float(number < 5)} for number in range(20)]
+    assert contact_sentence(one_map) == ["5 of 20 runs touch a wall or body (4.6 to 69.9 %)."], (
+        "those of one map of four"
+    )
 
 
 def test_the_controller_that_fails_most_is_named_where_no_set_is_solved():

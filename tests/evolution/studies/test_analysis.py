@@ -315,6 +315,18 @@ def test_ranks_use_the_seeds_that_all_share():
     assert one.ranking.test.effect == pytest.approx(1.0)
 
 
+def test_the_best_median_is_not_said_to_beat_what_is_better_in_most_pairs():
+    """Nine of twenty searches with ``a`` find no pattern; those with ``b`` are far better or a little worse."""
+    a = [-5.0 - s / 1000 if s < 11 else 50.0 + s / 1000 for s in range(20)]
+    b = [-9.0 - s / 1000 if s < 9 else -4.0 + s / 1000 for s in range(20)]
+    study = made_study(*[made_run(name, s, values[s]) for name, values in (("a", a), ("b", b)) for s in range(20)])
+    first, second = verdict_of(study)[:2]
+    assert first.startswith("Gini fitness, reported: a has the best median, -5.00 (")
+    assert second.startswith("In most pairs of searches a is worse, whatever its median, than b (median 1.0")
+    assert "a better in 30 % of pairs of searches" in second
+    assert not any("beats" in sentence for sentence in verdict_of(study))
+
+
 def test_a_clear_difference_is_said_with_all_its_numbers():
     study = groups(ga=-8.0, random=-6.0)
     first, second = verdict_of(study)[:2]

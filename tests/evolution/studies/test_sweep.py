@@ -57,7 +57,25 @@ def test_effects_by_hand():
     assert (noisy["n"], noisy["success"], noisy["gained"], noisy["changed"]) == (4, 0.75, 0.0, 0.5)
     assert (noisy["solved_in_both"], noisy["time_ratio"], noisy["recoveries"]) == (2, 1.35, 1.0)
     assert noisy["success_low"] == pytest.approx(0.3006, abs=1e-4)  # Wilson's formula, by hand
-    assert noisy["gained_low"] < 0 < noisy["gained_high"]
+    assert np.isnan(noisy["gained_low"])  # four maps are too few
+
+
+def test_repeats_on_a_map_count_once_in_the_intervals_of_effects():
+    """The noise fails one of eight maps; twenty runs on each map tell no more about other maps than a few runs."""
+
+    def intervals(repeats):
+        outcomes = {"none": "goal", "noisy": "timeout"}
+        rows = [
+            {**row(world, str(name), outcomes[world] if name == 0 else "goal"), "repeat": repeat}
+            for world in outcomes
+            for name in range(8)
+            for repeat in range(repeats)
+        ]
+        return effect_rows(rows, list(outcomes), ["rpp"])[1]
+
+    few, many = intervals(2), intervals(20)
+    for end in ("success_low", "success_high", "gained_low", "gained_high"):
+        assert many[end] == pytest.approx(few[end], abs=0.02)
 
 
 def test_the_first_world_is_compared_with_itself(done):

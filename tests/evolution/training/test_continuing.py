@@ -136,9 +136,25 @@ def test_a_training_that_was_killed_before_its_maps_were_written_does_not_go_on_
         train(resume=tmp_path / "run")
 
 
+@pytest.mark.parametrize("left", ["", "steps,seconds,success\n", None])
+def test_a_curve_without_the_evaluations_that_chose_the_best_model_is_damaged(tmp_path, left):
+    """A continued training would take its next model for the best one."""
+    made = TrainingDir.create(tmp_path / "run", train_settings("ppo", small()), rooms(4), [])
+    made.write_state({"steps": 20, "seconds": 1.0, "best": -1.0, "finished": False})
+    assert load(tmp_path / "run").curve == []
+    made.write_state({"steps": 40, "seconds": 1.0, "best": 0.5, "finished": False})
+    if left is not None:
+        (tmp_path / "run" / "curve.csv").write_text(left)
+    with pytest.raises(
+        RunError, match=r"curve\.csv: expected the evaluations that chose the best model so far, got none"
+    ):
+        load(tmp_path / "run")
+
+
 @pytest.mark.parametrize(("count", "not_held_out"), [(4, ("maps",)), (5, ())])
 def test_a_training_whose_maps_were_deleted_is_loaded_and_not_continued(tmp_path, caplog, count, not_held_out):
     made = TrainingDir.create(tmp_path / "run", train_settings("ppo", small()), rooms(count), [])
+    made.write_curve([{"steps": 40, "seconds": 1.0, "success": 0.5}])
     made.write_state({"steps": 40, "seconds": 1.0, "best": 0.5, "finished": False})
     (tmp_path / "run" / "maps.json").unlink()
     loaded = load(tmp_path / "run")

@@ -74,7 +74,7 @@ def test_the_units_of_the_comparison_are_maps_only_if_there_are_enough(done):
 
 def test_too_few_test_maps_tell_nothing():
     assert CostDifference(-0.1234, None, None).in_words("time") == (
-        "the mean cost time changes by -0.12; it takes 5 test maps to tell whether the tuned values are better"
+        "the mean cost time changes by -0.12; it takes 5 test maps or tasks to tell whether the tuned values are better"
     )
     assert CostDifference(0.5, -0.2, 1.2).in_words("time") == (
         "the tuned values are not shown to be better: the mean cost time changes by +0.50 (95 % interval -0.20 to 1.20)"
@@ -144,6 +144,17 @@ def test_a_damaged_summary_is_named(done, tmp_path):
     del summary["winner"]
     (tmp_path / "copy/summary.json").write_text(json.dumps(summary))
     with pytest.raises(RunError, match=r"summary\.json: winner: is missing"):
+        load_tuning(tmp_path / "copy")
+
+
+def test_the_summary_of_another_tuning_is_refused(done, tmp_path):
+    shutil.copytree(done.path, tmp_path / "copy")
+    config = read_json(tmp_path / "copy/tuning.json")
+    config["tuning"]["settings"]["seed"] += 1
+    (tmp_path / "copy/tuning.json").write_text(json.dumps(config))
+    with pytest.raises(
+        RunError, match=r"summary\.json: expected the summary of the tuning in tuning\.json, got that of"
+    ):
         load_tuning(tmp_path / "copy")
 
 

@@ -41,4 +41,4 @@ class Regret(Pattern):
 
     def objectives_of(self, parts: Parts) -> tuple[float, ...]:
         """Return the negative regret: failures cost nothing but their time."""
-        return (-parts.pattern,)
+        return (0.0 - parts.pattern,)

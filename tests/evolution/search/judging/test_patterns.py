@@ -44,6 +44,12 @@ def test_roles_of_three_controllers(times, scores):
     assert role_scores(times) == pytest.approx(scores)
 
 
+def test_no_regret_is_zero_without_a_sign():
+    """``-0.0`` in a table is no number that a reader expects."""
+    fitness = Fitness.of(JudgingSettings(fitness="regret"), 150.0)
+    assert str(fitness((results_of((10.0, 20.0, 30.0)),)).fitness) == "0.0"
+
+
 def test_more_controllers_fill_roles_by_their_number_of_groups():
     assert groups((10, 10, 30, 90)) == pytest.approx(3)
     assert role_scores((10, 10, 30, 90)) == pytest.approx((0, 0, 1, 0))
