@@ -22,6 +22,8 @@ from collections.abc import Collection, Iterable
 NEAR = 0.6
 """Similarity, 0 to 1, from which on a name counts as a misspelling of another."""
 
+MOST_NAMES = 40
+"""Beside the nearest name, an error lists all accepted names if they are at most so many."""
 
 MAX_LENGTH = 2000
 """Longest text of an error; the middle of a longer one is left out."""
@@ -109,7 +111,7 @@ def _words(name: str) -> list[str]:
 
 
 def unknown_name(what: str, name: object, valid: Iterable[str]) -> ConfigError:
-    """Build the error for a name that is not in ``valid``, with the nearest valid one.
+    """Build the error for a name that is not in ``valid``, with the nearest valid one, and all if they are few.
 
     Args:
         what: What the name stands for, e.g. ``"controller"``.
@@ -119,7 +121,8 @@ def unknown_name(what: str, name: object, valid: Iterable[str]) -> ConfigError:
     names = sorted(valid)
     near = nearest_name(str(name), names)
     hint = f"; did you mean {near!r}?" if near else ""
-    return ConfigError(f"unknown {what} {str(name)!r}{hint} (expected one of: {', '.join(names)})")
+    listed = "" if near and len(names) > MOST_NAMES else f" (expected one of: {', '.join(names)})"
+    return ConfigError(f"unknown {what} {str(name)!r}{hint}{listed}")
 
 
 def refuse_unknown(what: str, name: object, valid: Collection[str]) -> None:

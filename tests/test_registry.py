@@ -8,7 +8,7 @@ from importlib.metadata import EntryPoint
 import pytest
 
 from gym_mapbench import registry
-from gym_mapbench.errors import ConfigError, PluginError
+from gym_mapbench.errors import ConfigError, PluginError, unknown_name
 from gym_mapbench.registry import Registry, must_be, must_be_callable
 
 HERE = "tests.test_registry"
@@ -85,6 +85,14 @@ def test_refusals(numbers, name, message):
     with pytest.raises(ConfigError) as refused:
         numbers.get(name, others=["other"])
     assert str(refused.value) == message
+
+
+def test_an_error_with_the_nearest_name_does_not_list_a_hundred_others():
+    names = [f"weight_{n}" for n in range(100)]
+    assert str(unknown_name("parameter", "weihgt_7", names)) == "unknown parameter 'weihgt_7'; did you mean 'weight_7'?"
+    assert str(unknown_name("parameter", "xyz", names)).startswith(
+        "unknown parameter 'xyz' (expected one of: weight_0,"
+    )
 
 
 def test_modules_come_from_the_current_directory_too(numbers, tmp_path, monkeypatch):

@@ -43,7 +43,8 @@ def take_motion_model(section: Section) -> None:
     elif lyrical:
         raise ConfigError(
             f"{section.name}.{KEY}: Nav2 Lyrical does not start without the class of the motion model: expected "
-            f"{name}.plugin, for instance {CLASSES['DiffDrive']}, got none"
+            f"{name}.plugin, for instance {CLASSES['DiffDrive']}, got none; 'mapbench params convert' writes it into a "
+            "file of an earlier release"
         )
 
 

@@ -21,6 +21,9 @@ SMALL, LARGE = 1e-3, 1e6
 FAR = 100
 """Numbers that are so many times the median of their column do not decide on its decimals."""
 
+COARSE = 0.05
+"""Relative error above which a number does not take the decimals of its column."""
+
 
 class Table(Sequence[Row]):
     """Rows of one table, each a mapping from column to value; None where a row has no value.
@@ -129,7 +132,8 @@ def readable(values: Sequence[Any]) -> list[str]:
     """Format the values of one column for a reader: numbers with the decimals that four digits of the largest take.
 
     Decimals that are zero in the whole column are left out, zero has none, and what has no value is a dash. A number
-    that is far larger than the others, such as a penalty, does not take their decimals away, and has its own.
+    that is far larger than the others, such as a penalty, does not take their decimals away, and has its own. So has a
+    number that the decimals of the column would falsify.
     """
     numbers = [value for value in values if isinstance(value, int | float) and abs(value) < LARGE]
     sizes = [abs(number) for number in numbers if number]
@@ -158,7 +162,7 @@ def _text(value: Any, decimals: int) -> str:
         return str(value)
     if value != 0 and not SMALL <= abs(value) < LARGE:
         return f"{value:.3g}"
-    if value == 0 or round(value, decimals) == 0:
+    if value == 0 or abs(round(value, decimals) - value) > COARSE * abs(value):
         return f"{value:.2g}"
     return f"{value:.{decimals}f}"
 

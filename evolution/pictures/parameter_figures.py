@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
+from statistics import fmean
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -23,7 +24,7 @@ def sweep_figure(rows: Rows, names: Sequence[str], own: Mapping[str, float]) -> 
 
     Args:
         rows: One per configuration: the values by name, and the columns of ``score_rows``.
-        names: Names of the parameters; the first two are shown.
+        names: Names of the parameters; the first two are shown. A cell has the mean over the others.
         own: The user's own values.
     """
     figure, axes = new_figure(columns=2, width=9.0, height=3.8)
@@ -52,15 +53,16 @@ def _lines(axes: Axes, rows: Rows, name: str, column: str, factor: float) -> Non
 
 
 def _heat(figure: Figure, axes: Axes, rows: Rows, names: Sequence[str], column: str, factor: float) -> None:
-    """Draw a cell for each point of a grid, or points where they are no grid; the text is the value."""
-    shown = [row for row in rows if row[column] is not None]
-    x, y = ([row[name] for row in shown] for name in names)
-    values = [row[column] * factor for row in shown]
-    if len(shown) > 1 and len(set(x)) * len(set(y)) <= 2 * len(shown):
-        xs, ys = sorted(set(x)), sorted(set(y))
-        cells = np.full((len(ys), len(xs)), np.nan)
-        for a, b, value in zip(x, y, values, strict=True):
-            cells[ys.index(b), xs.index(a)] = value
+    """Draw a cell for each pair of values of a grid, or points where they are no grid; the text is the value."""
+    of_pair: dict[tuple[float, float], list[float]] = {}
+    for row in rows:
+        if row[column] is not None:
+            of_pair.setdefault((row[names[0]], row[names[1]]), []).append(row[column] * factor)
+    points = {pair: fmean(values) for pair, values in of_pair.items()}
+    x, y, values = [a for a, _ in points], [b for _, b in points], list(points.values())
+    xs, ys = sorted(set(x)), sorted(set(y))
+    if len(points) > 1 and len(xs) * len(ys) <= 2 * len(points):
+        cells = np.array([[points.get((a, b), np.nan) for a in xs] for b in ys])
         drawn: Any = axes.pcolormesh(xs, ys, cells, shading="nearest", cmap="viridis")
     else:
         drawn = axes.scatter(x, y, c=values, cmap="viridis", s=60)

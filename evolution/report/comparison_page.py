@@ -30,6 +30,12 @@ from gym_mapbench.metrics.episode import Episode
 from gym_mapbench.world.scenario import Scenario
 
 LONGEST_TITLE = 60
+SWEEP_CAPTIONS = {
+    1: "Success and mean time with 95 % intervals; dashed line: own value",
+    2: "Success and mean time of each pair of values; cross: own values",
+    3: "Success and mean time by the first two parameters, in the mean over the others; cross: own values",
+}
+"""What the figure of a sweep shows, by the number of its parameters; 3 stands for more as well."""
 MOST_MAPS, MOST_SIDES = 12, 6
 """Largest numbers of maps with replays and of replays of one map; more would make the page too large to open."""
 
@@ -91,7 +97,7 @@ def _figure(result: ParameterComparison) -> Attachment:
     own = result.configurations[0].values or {}
     content = io.BytesIO()
     sweep_figure(rows, list(own), own).savefig(content, format="png", dpi=150)
-    return picture("Success and mean time with 95 % intervals; dashed line or cross: own values", content.getvalue())
+    return picture(SWEEP_CAPTIONS[min(len(own), 3)], content.getvalue())
 
 
 def _replays(result: ParameterComparison) -> list[ReplayedMap]:

@@ -20,14 +20,21 @@ MOST_REPLAYS = 6
 OWN_ALONE = "Only the own values run on the test maps, as no trial is better."
 COMPARED = "The own values and the tuned values run on the same test maps with the same seeds."
 UNSEEN = "The search has used neither these maps nor these seeds."
-SEARCHED = (
-    "Trial 0 has the own values. Each trial runs on the training maps in an order of its own and stops if the Wilcoxon "
-    "test says that it is worse than the best trial. The cost of a run is its time over the time of the shortest path "
-    "at maximum speed; a failure costs twice the time limit."
-)
+OWN_FIRST = "Trial 0 has the own values. Each trial runs on the training maps in an order of its own"
+STOPS = " and stops if the Wilcoxon test says that it is worse than the best trial."
+NEVER_STOPS = "; with several objectives no trial stops early."
+COSTS = {
+    "time": "The cost time of a run is its time over the time of the shortest path at maximum speed; a failure costs "
+    "twice the time limit.",
+    "length": "The cost length of a run is its length over that of the shortest path; a failure costs as much as in "
+    "the cost time.",
+    "clearance": "The cost clearance of a run is its least distance to a wall in m, with a minus sign; a failure "
+    "costs 0.",
+}
+"""The cost of a run for each objective, in words."""
 VALIDATED = (
     "The best trials and the own values were re-run on all training maps with held-out seeds. The result is the trial "
-    "with the lowest cost."
+    "with the lowest cost {}."
 )
 ROUNDS = (
     "After each round but the last, maps were evolved against its best values: maps on which these are slow or fail "
@@ -49,7 +56,7 @@ def report_of_tuning(tuning: Tuning) -> Report:
         title=f"Tuning of {summary.controller}",
         subtitle=f"{maps}; {counted(sum(summary.runs.values()), 'run')}; seed {begun['settings']['seed']}",
         verdict=tuning.verdict,
-        command=_command(summary.controller, begun["settings"]),
+        command=_command(summary.controller, begun["settings"], begun["world"]["environment"]["time_limit"]),
         configuration=yaml.safe_dump(begun, sort_keys=False),
         maps=[_replayed(episodes) for episodes in drive_test(tuning, MOST_REPLAYS)],
         sections=_sections(tuning),
@@ -57,13 +64,25 @@ def report_of_tuning(tuning: Tuning) -> Report:
     )
 
 
-def _command(controller: str, settings: Mapping[str, Any]) -> str:
-    """Return the command of a tuning; its maps and its world are in the configuration."""
-    words = [f"--trials {settings['trials']}", f"--seed {settings['seed']}", f"--sampler {settings['sampler']}"]
+def _command(controller: str, settings: Mapping[str, Any], time_limit: float) -> str:
+    """Return the command of a tuning; its maps, its search space and the rest of its world are in the configuration."""
+    given = {name: settings[name] for name in ("trials", "runs", "seed", "sampler", "finalists", "test_repeats")}
+    words = [f"--{name.replace('_', '-')} {value}" for name, value in given.items() if value is not None]
     words += [f"--objective {name}" for name in settings["objectives"]]
     words += [f"--require '{text}'" for text in settings["requirements"]]
+    if against := settings.get("against"):
+        words.append(f"--against evolve --rounds {against['rounds']}")
+    words.append(f"--time-limit {time_limit:g}")
     maps = "--train MAPS --test MAPS --params FILE --out DIR"
-    return f"mapbench tune {controller} {maps} {' '.join(words)}  # the configuration names all maps and values"
+    return (
+        f"mapbench tune {controller} {maps} {' '.join(words)}  # the configuration names all maps, values and options"
+    )
+
+
+def _searched(objectives: Sequence[str]) -> str:
+    """Return how the search ran, and what the costs are."""
+    head = OWN_FIRST + (NEVER_STOPS if len(objectives) > 1 else STOPS)
+    return " ".join([head, *(COSTS[name] for name in objectives)])
 
 
 def _replayed(episodes: Sequence[Episode]) -> ReplayedMap:
@@ -81,9 +100,9 @@ def _sections(tuning: Tuning) -> list[Section]:
         Section(
             "Changed parameters", [] if summary.changes else ["None."], _tables("Changes", _texts(summary.changes))
         ),
-        Section("History", [SEARCHED], figures=_figures(tuning, "history", "front")),
+        Section("History", [_searched(summary.objectives)], figures=_figures(tuning, "history", "front")),
         Section("Importance", figures=_figures(tuning, "importance")),
-        Section("Validation", [VALIDATED], _tables("Finalists", summary.finalists)),
+        Section("Validation", [VALIDATED.format(summary.objectives[0])], _tables("Finalists", summary.finalists)),
         *([Section("Rounds", [ROUNDS], _tables("Mean cost", summary.rounds))] if summary.rounds else []),
         Section(
             "Test",

@@ -122,7 +122,9 @@ class _Outcome:
         trials = [trial for one in self.rounds for trial in one.searched.trials]
         validated = len(self.finalists) * self.plan.settings.validation_repeats * len(self.plan.train)
         return {
-            "verdict": verdict_of(self.plan, self.searched, self.winner, self.test) + self._of_rounds(),
+            "verdict": verdict_of(self.plan, self.searched, self.winner, self.test)
+            + self._of_front()
+            + self._of_rounds(),
             "controller": self.plan.controller,
             "objectives": list(self.plan.settings.objectives),
             "winner": self.winner.number,
@@ -159,6 +161,17 @@ class _Outcome:
             {"round": number, **self._trial_row(trial)}
             for number, one in enumerate(self.rounds, start=1)
             for trial in one.searched.trials
+        ]
+
+    def _of_front(self) -> list[str]:
+        """Say where the Pareto front is; nothing for a single objective."""
+        objectives = self.plan.settings.objectives
+        if len(objectives) == 1:
+            return []
+        whose = "tuned" if self.winner.number else "own"
+        return [
+            f"The Pareto front of {' and '.join(objectives)} has {counted(len(self.front), 'trial')}, with a parameter "
+            f"file for each in {FRONT}/; the {whose} values have the lowest cost {objectives[0]} of them."
         ]
 
     def _of_rounds(self) -> list[str]:

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
-from math import isfinite
+from math import inf, isfinite
 from statistics import fmean, median
 
 import numpy as np
@@ -63,7 +63,8 @@ def verdict_of(plan: TuningPlan, searched: Searched, winner: Finalist, test: Seq
     """Return the result in sentences."""
     search = _searched(plan, searched.trials)
     if winner.number == 0:
-        first = "No trial beats the own values on held-out seeds, so the parameter file is unchanged."
+        which = f" in {plan.settings.objectives[0]}" if len(plan.settings.objectives) > 1 else ""
+        first = f"No trial beats the own values{which} on held-out seeds, so the parameter file is unchanged."
         return [first, _reached(test, OWN), search]
     found = cost_difference(test).in_words(plan.settings.objectives[0])
     first = f"On {maps_in_words(map(place_of, test), 'test map')} that the search has not seen, {found}."
@@ -116,21 +117,27 @@ def _searched(plan: TuningPlan, trials: Sequence[Trial]) -> str:
 
 
 def _changes(before: Mapping[str, Value], after: Mapping[str, Value], importances: Mapping[str, float]) -> str:
-    """Return the changes of the most important parameters in words."""
+    """Return the changes of the most important parameters in words; without importances, the largest changes."""
     changed = [name for name in after if after[name] != before[name]]
-    shown = sorted(changed, key=lambda name: -importances.get(name, 0.0))[:MOST_CHANGES]
-    which = f"the {len(shown)} most important" if importances else f"{len(shown)} of them"
+    factors = {name: _factor(before[name], after[name]) for name in changed}
+    shown = sorted(changed, key=lambda name: (-importances.get(name, 0.0), -factors[name]))[:MOST_CHANGES]
+    which = f"the {len(shown)} most important" if importances else f"the {len(shown)} largest changes"
     head = counted(len(changed), "parameter changes", "parameters change")
     head += f"; {which}" if len(shown) < len(changed) else ""
     return f"{head}: {'; '.join(_change(name, before[name], after[name]) for name in shown)}."
 
 
+def _factor(before: Value, after: Value) -> float:
+    """Return by which factor a value changes, 1 or more; infinity if it is no positive number."""
+    numbers = [float(one) for one in (before, after) if isinstance(one, int | float) and not isinstance(one, bool)]
+    return max(numbers) / min(numbers) if len(numbers) == 2 and min(numbers) > 0 else inf
+
+
 def _change(name: str, before: Value, after: Value) -> str:
-    numbers = [one for one in (before, after) if isinstance(one, int | float) and not isinstance(one, bool)]
-    if len(numbers) < 2 or min(numbers) <= 0:
+    if (factor := _factor(before, after)) == inf:
         return f"{name}: {_text(before)} becomes {_text(after)}"
-    verb, ratio = ("rises", after / before) if after > before else ("falls", before / after)  # type: ignore[operator]
-    return f"{name} {verb} from {before:g} to {after:g}, by a factor of {ratio:.3g}"
+    verb = "rises" if after > before else "falls"  # type: ignore[operator]
+    return f"{name} {verb} from {before:g} to {after:g}, by a factor of {factor:.3g}"
 
 
 def _text(value: Value) -> str:

@@ -3,6 +3,7 @@
 import { Grid } from "./grid.js";
 
 const MOST_STEPS = 100;
+const EDITED = "_edited";
 export const LINES = ["solid", "dashed", "dotted"];
 const COLOURS = ["#0072B2", "#D55E00", "#009E73", "#CC79A7", "#E69F00", "#56B4E9"];
 
@@ -28,10 +29,12 @@ export class Store extends EventTarget {
     this.changed("map");
   }
 
+  /* Keeps the map before a change. The changed map has another name, so that no command takes the file of the first. */
   remember() {
     this.past.push(this.snapshot());
     if (this.past.length > MOST_STEPS) this.past.shift();
     this.future = [];
+    if (!this.name.endsWith(EDITED)) this.name += EDITED;
   }
 
   snapshot() {

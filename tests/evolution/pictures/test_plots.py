@@ -199,3 +199,13 @@ def test_the_colours_of_a_sweep_end_at_100_percent(values):
     figure = sweep_figure(rows, ["a", "b"], {"a": 0, "b": 0})
     low, high = next(axes for axes in figure.axes if axes.get_label() == "<colorbar>").get_ylim()
     assert (low, high) == (0.0, 100.0)
+
+
+def test_a_cell_of_a_sweep_of_three_parameters_has_the_mean_over_the_third():
+    rows = [
+        {"a": a, "b": b, "c": c, "success": c, "mean s": 10.0 + 20.0 * c}
+        for a, b, c in itertools.product((0, 1), (0, 1), (0.0, 1.0))
+    ]
+    figure = sweep_figure(rows, ["a", "b", "c"], {"a": 0, "b": 0, "c": 0})
+    texts = [[text.get_text() for text in axes.texts] for axes in figure.axes if axes.texts]
+    assert texts == [["50"] * 4, ["20"] * 4]

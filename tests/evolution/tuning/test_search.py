@@ -11,6 +11,7 @@ import yaml
 
 from evolution.driving import Resources
 from evolution.files import read_json
+from evolution.report.tuning_page import report_of_tuning
 from evolution.results import kind_of, load
 from evolution.tuning import load_tuning, run_tuning, sampling
 from evolution.tuning.search import Searched, search
@@ -70,6 +71,14 @@ def test_the_units_of_the_comparison_are_maps_only_if_there_are_enough(done):
     for rows, unit in ((done.summary.test, "of 8 maps and"), (few, "of 4 pairs of runs and")):
         said = verdict_of(fakes.plan(), Searched([], [{}]), winner, rows)
         assert sum(unit in sentence for sentence in said) == 1
+
+
+def test_without_importances_the_largest_changes_stand_in_the_sentence(done):
+    plan = fakes.plan()
+    vars(plan)["own"] = {**{f"weight_{n}": 100.0 for n in range(6)}, "lookahead_dist": 0.6}
+    winner = Finalist(1, {**dict.fromkeys(plan.own, 101.0), "lookahead_dist": 0.9}, (1.0,), 1.0, True)
+    (said,) = [line for line in verdict_of(plan, Searched([], [{}]), winner, done.summary.test) if " change; " in line]
+    assert said.startswith("7 parameters change; the 5 largest changes: lookahead_dist rises from 0.6 to 0.9")
 
 
 def test_too_few_test_maps_tell_nothing():
@@ -169,6 +178,12 @@ def test_several_objectives_give_a_front_of_parameter_files(tmp_path):
     result = tune(tmp_path / "front", fakes.plan(trials=16, objectives=("time", "clearance")))
     front = result.summary.front
     assert len(front) > 1
+    said = f"The Pareto front of time and clearance has {len(front)} trials, with a parameter file for each in front/; "
+    assert any(sentence.startswith(said) for sentence in result.verdict)
+    paragraphs = {one.title: one.paragraphs for one in report_of_tuning(result).sections}
+    assert "with several objectives no trial stops early" in paragraphs["History"][0]
+    assert "The cost clearance of a run is its least distance to a wall" in paragraphs["History"][0]
+    assert "the trial with the lowest cost time." in paragraphs["Validation"][0]
     assert {file.stem for file in (result.path / "front").iterdir()} == {f"trial_{number}" for number in front}
     rows = {row["trial"]: row for row in result.table("finalists")}
     costs = [(rows[number]["cost time"], rows[number]["cost clearance"]) for number in front]

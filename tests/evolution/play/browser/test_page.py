@@ -105,8 +105,12 @@ def test_a_wall_changes_the_way_and_undo_brings_it_back(page):
     tool(page, "Wall")
     changes(page, lambda: drag(page, (20, -60), (0, 60)))
     assert times(page) != before
+    assert (
+        page.find_element(By.ID, "command").get_property("textContent").startswith("mapbench bench office_edited.yaml")
+    )
     changes(page, lambda: tool(page, "Undo"))
     assert times(page) == before
+    assert page.find_element(By.ID, "command").get_property("textContent").startswith("mapbench bench office.yaml")
     changes(page, lambda: tool(page, "Redo"))
     assert times(page) != before
 
