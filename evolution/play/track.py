@@ -132,7 +132,7 @@ class Track:
 
     def _run(self, batch: _Batch, function: RunStreamed, jobs: Sequence[Job], on_result: OnResult) -> list[RunResult]:
         def pass_on(job: Job, result: RunResult, _left: int) -> None:
-            batch.ended[job.key].wait(END_SECONDS)
+            batch.ended[job.key].wait(END_SECONDS if result.outcome == "error" else None)
             if self._is_present(batch):
                 on_result(job, result)
 
