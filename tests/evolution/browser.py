@@ -7,6 +7,8 @@ from contextlib import contextmanager
 
 import pytest
 
+from tests.evolution.processes import PATIENCE
+
 CHROMIUM, DRIVER = shutil.which("chromium"), shutil.which("chromedriver")
 NEEDS_CHROMIUM = pytest.mark.skipif(not (CHROMIUM and DRIVER), reason="chromium or chromedriver is not installed")
 
@@ -26,3 +28,28 @@ def open_chromium(height):
         yield driver
     finally:
         driver.quit()
+
+
+def until(driver, holds):
+    """Wait until something holds on a page."""
+    from selenium.webdriver.support.ui import WebDriverWait
+
+    WebDriverWait(driver, PATIENCE, poll_frequency=0.05).until(lambda _: holds())
+
+
+@contextmanager
+def sized(driver, width, height=900):
+    """A page of this size in pixels: it has it when the block begins, and its former one when the block has ended."""
+
+    def size():
+        return driver.execute_script("return [innerWidth, innerHeight]")
+
+    before = size()
+    given = {"width": width, "height": height, "deviceScaleFactor": 1, "mobile": False}
+    driver.execute_cdp_cmd("Emulation.setDeviceMetricsOverride", given)
+    try:
+        until(driver, lambda: size() == [width, height])
+        yield
+    finally:
+        driver.execute_cdp_cmd("Emulation.clearDeviceMetricsOverride", {})
+        until(driver, lambda: size() == before)
