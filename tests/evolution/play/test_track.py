@@ -11,7 +11,7 @@ import pytest
 from evolution.driving import JobPlan, Resources, run_job
 from evolution.play.newest import Newest
 from evolution.play.streaming import CancelledError
-from evolution.play.track import Track, ignore
+from evolution.play.track import Track
 from tests.evolution.play.fake_runs import count, go_on, hang
 from tests.evolution.processes import PATIENCE, is_gone
 
