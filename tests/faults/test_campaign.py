@@ -6,6 +6,7 @@ from collections import Counter
 
 import pytest
 
+from evolution.driving.evaluator import RUN_TIMEOUT_SECONDS
 from tests.faults import inputs, kills, workers
 from tests.faults.__main__ import WANTED, table
 
@@ -41,5 +42,6 @@ def test_the_table_tells_right_from_wrong():
 @pytest.mark.parametrize(
     "kind", ["recurses_with_memory", "writes_garbage", "speaks_to_the_terminal", "answers_too_much"]
 )
-def test_a_controller_that_misbehaves_costs_no_other_run(kind):
+def test_a_controller_that_misbehaves_costs_no_other_run(kind, monkeypatch):
+    monkeypatch.setattr(workers, "TIMEOUT_SECONDS", RUN_TIMEOUT_SECONDS)
     assert workers.try_one(kind, seed=0).how == "no other run lost"
