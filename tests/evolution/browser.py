@@ -15,7 +15,7 @@ NEEDS_CHROMIUM = pytest.mark.skipif(not (CHROMIUM and DRIVER), reason="chromium 
 
 @contextmanager
 def open_chromium(height):
-    """A browser without a window, of this height in pixels, which keeps what pages write to the console."""
+    """A browser without a window, of this height in pixels: it keeps what pages write to the console, and no file."""
     webdriver = pytest.importorskip("selenium.webdriver", reason="selenium is not installed")
     options = webdriver.ChromeOptions()
     options.binary_location = CHROMIUM
@@ -25,6 +25,7 @@ def open_chromium(height):
     options.set_capability("goog:loggingPrefs", {"browser": "ALL"})
     driver = webdriver.Chrome(options=options, service=webdriver.ChromeService(DRIVER))
     try:
+        driver.execute_cdp_cmd("Browser.setDownloadBehavior", {"behavior": "deny"})
         yield driver
     finally:
         driver.quit()

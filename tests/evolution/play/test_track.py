@@ -12,6 +12,7 @@ from evolution.driving import JobPlan, Resources, run_job
 from evolution.play.newest import Newest
 from evolution.play.streaming import CancelledError
 from evolution.play.track import Track
+from gym_mapbench.errors import ConfigError
 from tests.evolution.play.fake_runs import count, go_on, hang
 from tests.evolution.processes import PATIENCE, is_gone
 
@@ -99,6 +100,12 @@ def test_no_worker_is_left_when_a_track_is_closed(jobs):
     workers = {int(result.reason) for result in track.run(count, jobs, always)}
     track.close()
     assert all(is_gone(worker) for worker in workers)
+
+
+def test_a_folder_whose_path_is_too_long_for_a_socket_is_one_line(tmp_path, monkeypatch):
+    monkeypatch.setattr("multiprocessing.util.get_temp_dir", lambda: str(tmp_path / ("x" * 100)))
+    with pytest.raises(ConfigError, match="set TMPDIR to another folder with a short path"):
+        Track(Resources(workers=1).evaluator(run_job))
 
 
 def test_only_the_newest_task_waits():
