@@ -7,12 +7,15 @@ from collections import Counter
 import pytest
 
 from evolution.driving.evaluator import RUN_TIMEOUT_SECONDS
+from tests.evolution.processes import PATIENCE
 from tests.faults import inputs, kills, workers
 from tests.faults.__main__ import WANTED, table
 
 
 @pytest.mark.parametrize("kind", inputs.SETTINGS)
-def test_damaged_files_are_read_or_refused_in_one_line(kind, tmp_path):
+def test_damaged_files_are_read_or_refused_in_one_line(kind, tmp_path, monkeypatch):
+    for limit in ("SLOW", "HANG_SECONDS"):  # kernels may have to be compiled first
+        monkeypatch.setattr(inputs, limit, PATIENCE)
     for seed in range(40):
         end = inputs.try_one(tmp_path, kind, seed)
         assert end.how in WANTED, (seed, end)
