@@ -107,6 +107,15 @@ def test_a_killed_parent_takes_its_workers_along(server):
     assert not left
 
 
+@pytest.mark.skipif(not os.path.exists("/proc"), reason="looks into /proc")
+def test_a_fork_server_keeps_no_disk_from_being_unmounted(monkeypatch, tmp_path):
+    monkeypatch.chdir(tmp_path)
+    with Processes(1, 60.0, int) as pool:
+        server = pool.submit(os.getppid).result()
+        assert os.readlink(f"/proc/{server}/cwd") == "/"
+        assert pool.submit(os.getcwd).result() == os.getcwd() != "/"
+
+
 def test_a_fork_server_that_dies_is_replaced():
     with Processes(1, 60.0, int) as pool:
         server = pool.submit(os.getppid).result()
