@@ -9,6 +9,7 @@ import subprocess
 import sys
 import time
 from functools import partial
+from shlex import quote
 from types import SimpleNamespace
 
 import pytest
@@ -218,7 +219,7 @@ def test_what_outlives_the_launch_is_ended_too(bundle, ros, tmp_path, monkeypatc
     monkeypatch.setattr(runner, "time", SimpleNamespace(sleep=lambda seconds: time.sleep(seconds / 100)))
     number = tmp_path / "number"
     number.touch()
-    ros.launch = ["sh", "-c", f"(trap '' INT; exec sleep 600) & echo $! > {number}; wait"]
+    ros.launch = ["sh", "-c", f"(trap '' INT; exec sleep 600) & echo $! > {quote(str(number))}; wait"]
     process = subprocess.Popen([], start_new_session=True)
     assert holds_soon(lambda: number.read_text().endswith("\n"))
     runner.stop(process)
