@@ -5,13 +5,16 @@ from __future__ import annotations
 import os
 import sys
 
-from hypothesis import settings
+from hypothesis import HealthCheck, settings
 
 from evolution.one_thread import use_one_thread
 
-# A kernel compiles at its first call, which no deadline per example can know of. CI tries the same examples
-# every time, so that a change is judged by itself; everybody else keeps looking for new ones.
-settings.register_profile("mapbench", deadline=None, derandomize="CI" in os.environ)
+# A kernel compiles at its first call, which no deadline per example can know of; nor is a busy machine a fault of the
+# examples, whose making has a deadline, too. CI tries the same examples every time, so that a change is judged by
+# itself; everybody else keeps looking for new ones.
+settings.register_profile(
+    "mapbench", deadline=None, suppress_health_check=[HealthCheck.too_slow], derandomize="CI" in os.environ
+)
 settings.load_profile("mapbench")
 
 # Commands and examples run in processes of their own. Without bytecode files, each of them compiles 500 modules, and

@@ -84,7 +84,7 @@ def test_block_runs(position, folder):
         env={**os.environ, "PATH": path, "MPLBACKEND": "agg"},
         capture_output=True,
         text=True,
-        timeout=240,
+        timeout=600,
         check=False,
     )
     assert done.returncode == 0, f"{text}\n{done.stdout}\n{done.stderr}"

@@ -9,12 +9,10 @@ from pathlib import Path
 
 import pytest
 
-from tests.evolution.browser import NEEDS_CHROMIUM, open_chromium
+from tests.evolution.browser import NEEDS_CHROMIUM, open_chromium, until
 
 pytest.importorskip("material", reason="the extra docs is not installed")
 pytest.importorskip("selenium.webdriver", reason="selenium is not installed")
-
-from selenium.webdriver.support.ui import WebDriverWait
 
 ROOT = Path(__file__).parents[1]
 SMALL = """
@@ -51,6 +49,6 @@ def test_words_are_found_without_a_server(tmp_path, page):
         browser.execute_script("arguments[0].focus()", field)
         field.send_keys("inflation")
         result = browser.find_element("css selector", ".md-search-result")
-        WebDriverWait(browser, 20).until(lambda _: "1 matching document" in result.get_property("innerText"))
+        until(browser, lambda: "1 matching document" in result.get_property("innerText"))
         assert "Slow" in result.get_property("innerText")
         assert browser.get_log("browser") == []

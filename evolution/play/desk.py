@@ -68,12 +68,10 @@ class Desk:
         """
         task = Task(request, send)
         if isinstance(request, AskInstant):
-            self._instants.put(task)
-            self._looks.cancel()
+            self._instants.put(task, self._looks.cancel)
             return
         ended, self._newest = self._newest, None if isinstance(request, Cancel) else task
-        self._work.put(self._newest)
-        self._runs.cancel()
+        self._work.put(self._newest, self._runs.cancel)
         if ended is not None and not ended.done and ended.send is not send:
             ended.send(Error(id=getattr(ended.request, "id", None), message=TAKEN))
 

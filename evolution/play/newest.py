@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import threading
+from collections.abc import Callable
 from typing import Generic, TypeVar
 
 T = TypeVar("T")
@@ -16,10 +17,16 @@ class Newest(Generic[T]):
         self._task: T | None = None
         self._closed = False
 
-    def put(self, task: T | None) -> None:
-        """Replace the waiting task; with None, no task waits."""
+    def put(self, task: T | None, end_former: Callable[[], object]) -> None:
+        """Replace the waiting task; with None, no task waits.
+
+        Args:
+            task: The task.
+            end_former: Ends the work on the task that was taken last; nobody takes the new one before that.
+        """
         with self._changed:
             self._task = task
+            end_former()
             self._changed.notify()
 
     def take(self) -> T | None:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import contextlib
 import secrets
+import tempfile
 import threading
 from collections.abc import Callable, Sequence
 from concurrent.futures import CancelledError as FutureCancelledError
@@ -15,6 +16,7 @@ from typing import Any
 
 from evolution.driving import Evaluator, Job, ResultStore, RunResult
 from evolution.play.streaming import END, Address, CancelledError
+from gym_mapbench.errors import ConfigError
 
 OnMessage = Callable[[Job, Any], object]
 OnResult = Callable[[Job, RunResult], object]
@@ -49,17 +51,31 @@ class _Batch:
     channels: set[Connection] = field(default_factory=set)
 
 
+def _listening(key: bytes) -> Listener:
+    """Listen for workers, at a socket in the folder for temporary files; errors as for :class:`Track`."""
+    try:
+        return Listener(None, authkey=key, backlog=BACKLOG)
+    except OSError as error:
+        folder = tempfile.gettempdir()
+        raise ConfigError(
+            f"the playground cannot make a socket in {folder} ({error}); set TMPDIR to another folder with a short path"
+        ) from None
+
+
 class Track:
     """A process pool whose runs stream and can be cancelled.
 
     Args:
         evaluator: Runs the jobs; its function and its store are replaced for each batch.
+
+    Raises:
+        ConfigError: If workers cannot connect to it.
     """
 
     def __init__(self, evaluator: Evaluator) -> None:
         self._evaluator = evaluator
         self._key = secrets.token_bytes(32)
-        self._listener = Listener(None, authkey=self._key, backlog=BACKLOG)
+        self._listener = _listening(self._key)
         self._address = str(self._listener.address)
         self._lock = threading.Lock()
         self._busy = threading.Lock()
@@ -132,7 +148,7 @@ class Track:
 
     def _run(self, batch: _Batch, function: RunStreamed, jobs: Sequence[Job], on_result: OnResult) -> list[RunResult]:
         def pass_on(job: Job, result: RunResult, _left: int) -> None:
-            batch.ended[job.key].wait(END_SECONDS)
+            batch.ended[job.key].wait(END_SECONDS if result.outcome == "error" else None)
             if self._is_present(batch):
                 on_result(job, result)
 

@@ -28,6 +28,7 @@ from gym_mapbench.world.gridmap import GridMap
 from gym_mapbench.world.noise import read_noise
 from gym_mapbench.world.scenario import Pose, Scenario
 from tests.evolution import fake_runs
+from tests.evolution.processes import PATIENCE
 
 OFFICE = Path(__file__).resolve().parents[2] / "examples" / "office.yaml"
 
@@ -223,7 +224,7 @@ def test_a_script_needs_no_guard(tmp_path):
         f"result = bench({str(OFFICE)!r}, 'rpp', workers=2, repeats=2, time_limit=1.0)\n"
         "print(result.table())\n"
     )
-    done = subprocess.run([sys.executable, str(script)], capture_output=True, text=True, check=False, timeout=120)
+    done = subprocess.run([sys.executable, str(script)], capture_output=True, text=True, check=False, timeout=PATIENCE)
     assert done.returncode == 0, done.stderr
     assert done.stdout.count("began") == 1
     assert "2 timeout" in done.stdout

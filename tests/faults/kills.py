@@ -19,6 +19,7 @@ from pathlib import Path
 import numpy as np
 
 from gym_mapbench.errors import MapBenchError
+from tests.evolution.processes import children_of
 from tests.faults import search
 from tests.faults.inputs import End
 
@@ -111,19 +112,10 @@ def _kill_worker(process: BaseProcess, rng: np.random.Generator) -> bool:
     killed = False
     while process.is_alive() and not killed:
         time.sleep(float(rng.uniform(0.0, 0.3)))
-        workers = [one for child in _children(process.pid) for one in _children(child)]
+        workers = [one for child in children_of(process.pid) for one in children_of(child)]
         if workers:
             with suppress(ProcessLookupError):
                 os.kill(int(rng.choice(workers)), signal.SIGKILL)
                 killed = True
     process.join()
     return killed
-
-
-def _children(pid: int | None) -> list[int]:
-    """Return the numbers of the processes that the threads of a process have started."""
-    found: list[int] = []
-    for children in Path(f"/proc/{pid}/task").glob("*/children"):
-        with suppress(OSError):
-            found += map(int, children.read_text(encoding="ascii").split())
-    return found

@@ -6,12 +6,16 @@ from collections import Counter
 
 import pytest
 
+from evolution.driving.evaluator import RUN_TIMEOUT_SECONDS
+from tests.evolution.processes import PATIENCE
 from tests.faults import inputs, kills, workers
 from tests.faults.__main__ import WANTED, table
 
 
 @pytest.mark.parametrize("kind", inputs.SETTINGS)
-def test_damaged_files_are_read_or_refused_in_one_line(kind, tmp_path):
+def test_damaged_files_are_read_or_refused_in_one_line(kind, tmp_path, monkeypatch):
+    for limit in ("SLOW", "HANG_SECONDS"):  # kernels may have to be compiled first
+        monkeypatch.setattr(inputs, limit, PATIENCE)
     for seed in range(40):
         end = inputs.try_one(tmp_path, kind, seed)
         assert end.how in WANTED, (seed, end)
@@ -41,5 +45,6 @@ def test_the_table_tells_right_from_wrong():
 @pytest.mark.parametrize(
     "kind", ["recurses_with_memory", "writes_garbage", "speaks_to_the_terminal", "answers_too_much"]
 )
-def test_a_controller_that_misbehaves_costs_no_other_run(kind):
+def test_a_controller_that_misbehaves_costs_no_other_run(kind, monkeypatch):
+    monkeypatch.setattr(workers, "TIMEOUT_SECONDS", RUN_TIMEOUT_SECONDS)
     assert workers.try_one(kind, seed=0).how == "no other run lost"

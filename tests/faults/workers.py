@@ -14,13 +14,16 @@ COSTLY = (
     *misbehaviour.FAULTS,
 )
 KINDS = (*COSTLY, *HARMLESS)
+TIMEOUT_SECONDS = 5.0
 
 
 def try_one(kind: str, seed: int, executor: str = "processes") -> End:
     """Run a controller with a fault among five others on an executor; returns whether another run was lost."""
     names = ["good", kind, *(f"other_{seed}_{n}" for n in range(4))]
     jobs = jobs_of(plan_of(*names))
-    with Evaluator(misbehaviour.misbehave, workers=2, timeout_s=5.0, retries=0, executor=executor) as evaluator:
+    with Evaluator(
+        misbehaviour.misbehave, workers=2, timeout_s=TIMEOUT_SECONDS, retries=0, executor=executor
+    ) as evaluator:
         results = dict(zip(names, evaluator.run(jobs), strict=True))
     lost = [name for name in names if results[name].outcome == "error"]
     unreadable = [name for name in lost if not results[name].reason.isprintable()]

@@ -9,12 +9,14 @@ import subprocess
 import sys
 import time
 from functools import partial
+from shlex import quote
 from types import SimpleNamespace
 
 import pytest
 
 from gym_mapbench.errors import MapFormatError
 from gym_mapbench.mapio.runner_results import COLUMNS, read_runner_results
+from tests.evolution.processes import holds_soon, is_gone
 from tests.mapio.fake_ros import (
     SUCCEEDED,
     Action,
@@ -216,16 +218,13 @@ def test_what_outlives_the_launch_is_ended_too(bundle, ros, tmp_path, monkeypatc
     """A simulator that is left would be there, with its walls, when the next map starts."""
     runner = load(bundle[1] / "run_benchmark.py", "exported_runner")
     monkeypatch.setattr(runner, "time", SimpleNamespace(sleep=lambda seconds: time.sleep(seconds / 100)))
-    beat = tmp_path / "beat"
-    left = f"trap '' INT; while true; do echo >> {beat}; sleep 0.01; done"
-    ros.launch = ["sh", "-c", f'sh -c "{left}" & wait']
+    number = tmp_path / "number"
+    number.touch()
+    ros.launch = ["sh", "-c", f"(trap '' INT; exec sleep 600) & echo $! > {quote(str(number))}; wait"]
     process = subprocess.Popen([], start_new_session=True)
-    while not beat.exists():
-        time.sleep(0.01)
+    assert holds_soon(lambda: number.read_text().endswith("\n"))
     runner.stop(process)
-    size = beat.stat().st_size
-    time.sleep(0.1)
-    assert beat.stat().st_size == size
+    assert is_gone(int(number.read_text()))
 
 
 def test_a_missing_package_is_said_before_anything_starts(bundle, ros, tmp_path, monkeypatch, capsys):

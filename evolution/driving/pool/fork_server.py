@@ -37,7 +37,8 @@ def prepare_to_be_copied() -> None:
 def become_fork_server(descriptor: int) -> NoReturn:
     """Be a fork server until the process that asks for workers has ended, and end with it.
 
-    It has a process group of its own, so that Ctrl-C does not reach it, and reads nothing.
+    It has a process group of its own, so that Ctrl-C does not reach it, and reads nothing. It stands in no folder that
+    somebody may want to unmount; a worker goes where the process that asks for it is.
 
     Args:
         descriptor: The socket from which requests come.
@@ -45,6 +46,7 @@ def become_fork_server(descriptor: int) -> NoReturn:
     exit_code = 1
     try:
         os.setpgid(0, 0)
+        os.chdir("/")
         with open(os.devnull) as nothing:
             os.dup2(nothing.fileno(), STANDARD_INPUT)
         ForkServer(descriptor).run()

@@ -33,7 +33,7 @@ SERVER_COMMAND = (
 """The fork server's program; the server finds modules where the process that starts it does."""
 
 KILL = getattr(signal, "SIGKILL", signal.SIGTERM)
-END_SECONDS = 1.0
+END_SECONDS = 5.0
 """How long to wait for the end of a process that was killed, or that has closed its pipe, s."""
 
 

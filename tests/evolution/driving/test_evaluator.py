@@ -78,8 +78,8 @@ def test_nothing_is_driven_twice(tmp_path):
 
 
 def test_a_faulty_controller_costs_its_own_runs_only(tmp_path):
-    plan = plan_of("good", "raises", "kills", "exits", "wrong_type", "hangs", "fails_once", mark=str(tmp_path / "mark"))
-    with Evaluator(fake_runs.misbehave, workers=2, timeout_s=1.0, retries=1) as evaluator:
+    plan = plan_of("good", "raises", "kills", "exits", "wrong_type", "fails_once", mark=str(tmp_path / "mark"))
+    with Evaluator(fake_runs.misbehave, workers=2, retries=1) as evaluator:
         results = dict(zip(plan.names, evaluator.run(jobs_of(plan)), strict=True))
     assert results["good"].outcome in ("goal", "timeout")
     assert results["good"].attempts == 1
@@ -87,12 +87,21 @@ def test_a_faulty_controller_costs_its_own_runs_only(tmp_path):
     assert {result.outcome for result in errors.values()} == {"error"}
     assert {result.attempts for result in errors.values()} == {2}
     assert errors["raises"].reason.startswith("ValueError: the costmap is upside down, fake_runs.py line ")
-    assert errors["hangs"].reason == "no answer within 1 s (--run-timeout)"
     assert errors["exits"].reason.startswith("SystemExit: 3, fake_runs.py line ")
     assert "the worker died" in errors["kills"].reason
     assert "expected a RunResult, got NoneType" in errors["wrong_type"].reason
     assert results["fails_once"].attempts == 2
     assert results["fails_once"].time_s == fake_runs.drive(jobs_of(plan)[-1]).time_s
+
+
+def test_a_run_that_takes_too_long_is_tried_again_and_leaves_the_pool_usable():
+    with Evaluator(fake_runs.misbehave, timeout_s=0.5) as evaluator:
+        (result,) = evaluator.run(jobs_of(plan_of("hangs")))
+        evaluator.retries = 1000  # on a busy machine another run may take as long, too
+        (other,) = evaluator.run(jobs_of(plan_of("good")))
+    assert (result.outcome, result.attempts) == ("error", 2)
+    assert result.reason == "no answer within 0.5 s (--run-timeout)"
+    assert other.outcome in ("goal", "timeout")
 
 
 FAILING = """
@@ -170,7 +179,7 @@ def test_ctrl_c_stops_the_workers_and_keeps_what_is_finished():
         began = time.monotonic()
         with pytest.raises(KeyboardInterrupt):
             evaluator.run(jobs_of(plan_of("other", parent=os.getpid())))
-        assert time.monotonic() - began < 30
+        assert time.monotonic() - began < evaluator.timeout_s
         assert len(evaluator.store) == 1
         assert evaluator.run(jobs_of(plan_of("any"))) == done
 

@@ -11,6 +11,7 @@ from pathlib import Path
 import pytest
 
 from evolution.driving import ControllerSpec, DriveSettings, JobPlan, preparation_of, warmup
+from tests.evolution.processes import PATIENCE
 
 ROOT = Path(__file__).resolve().parents[3]
 
@@ -72,9 +73,9 @@ def test_a_drill_that_another_worker_does_is_done_later(monkeypatch, tmp_path):
         assert ours
         other = threading.Thread(target=warmup._share, args=(drills(),))
         other.start()
-        assert first_is_done.wait(10)
+        assert first_is_done.wait(PATIENCE)
         assert done == ["quick"]
-    other.join(10)
+    other.join()
     assert done == ["quick", "slow"]
 
 

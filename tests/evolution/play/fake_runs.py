@@ -26,6 +26,7 @@ def go_on(address, job):
 
 
 def hang(address, job):
-    """Connect, and never look whether the run is cancelled."""
-    with address.connect(job):
+    """Send a message, and never look whether the run is cancelled."""
+    with address.connect(job) as channel:
+        send(channel, Part(0, []))
         time.sleep(600.0)

@@ -11,6 +11,7 @@ import pytest
 from evolution.api import bench
 from evolution.play.messages.requests import MAX_TEXT
 from evolution.search import change_near_way
+from tests.evolution.play.fake_runs import go_on
 
 
 def drive_of(session, number=1, **changes):
@@ -118,11 +119,12 @@ def test_a_page_gets_nothing_of_the_drive_of_another_page(page, session):
         assert instant["pose"] == [0.5, 1.5, 0.0]
 
 
-def test_a_page_hears_that_another_page_has_ended_its_runs(page, session):
-    long = {"preset": "thesis", "noise": "nominal", "repeats": 50}
+def test_a_page_hears_that_another_page_has_ended_its_runs(page, session, monkeypatch):
     with page.connect() as first, page.connect() as second:
-        first.send_json(drive_of(session, 3, settings=long))
-        until(first, "way")
+        with monkeypatch.context() as patch:
+            patch.setattr("evolution.play.drives.run_streamed", go_on)
+            first.send_json(drive_of(session, 3))
+            until(first, "way")
         second.send_json(drive_of(session, 4))
         error = until(first, "answer")[-1]
         assert (error["type"], error["id"]) == ("error", 3)

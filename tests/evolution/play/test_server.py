@@ -7,7 +7,6 @@ import signal
 import socket
 import subprocess
 import sys
-import time
 import urllib.error
 import urllib.request
 from contextlib import contextmanager
@@ -15,6 +14,7 @@ from contextlib import contextmanager
 import pytest
 
 from evolution.cli import main
+from tests.evolution.processes import PATIENCE, children_of, is_gone
 
 COMMAND = [sys.executable, "-m", "evolution", "play", "--no-browser", "--controllers", "rpp", "--workers", "1"]
 
@@ -29,23 +29,6 @@ def playing(*options):
             process.kill()
 
 
-def children_of(pid):
-    """Return the numbers of the processes that a process has started, and those of their children."""
-    own = subprocess.run(["ps", "-o", "pid=", "--ppid", str(pid)], capture_output=True, text=True, check=False)
-    pids = [int(one) for one in own.stdout.split()]
-    return pids + [inner for one in pids for inner in children_of(one)]
-
-
-def wait_for_end(pids):
-    """Wait until processes have ended; returns those that have not."""
-    for _ in range(100):
-        left = [pid for pid in pids if os.path.exists(f"/proc/{pid}")]
-        if not left:
-            return []
-        time.sleep(0.1)
-    return left
-
-
 @pytest.mark.slow
 @pytest.mark.skipif(not os.path.exists("/proc"), reason="looks into /proc")
 @pytest.mark.parametrize(
@@ -53,22 +36,23 @@ def wait_for_end(pids):
 )
 def test_a_playground_that_ends_leaves_no_process(how, code):
     with playing() as (process, address):
-        assert urllib.request.urlopen(f"{address}state", timeout=30).status == 200
+        assert urllib.request.urlopen(f"{address}state", timeout=PATIENCE).status == 200
         children = children_of(process.pid)
+        children += [inner for child in children for inner in children_of(child)]
         process.send_signal(how)
-        assert process.wait(20) == code
+        assert process.wait(PATIENCE) == code
         assert children
-        assert wait_for_end(children) == []
+        assert all(is_gone(child) for child in children)
 
 
 def test_the_server_answers_only_this_machine_and_only_with_the_token():
     with playing() as (_, address):
         assert address.startswith("http://127.0.0.1:")
         with pytest.raises(urllib.error.HTTPError, match="403"):
-            urllib.request.urlopen(f"{address.rsplit('/', 2)[0]}/state", timeout=30)
+            urllib.request.urlopen(f"{address.rsplit('/', 2)[0]}/state", timeout=PATIENCE)
         with pytest.raises(urllib.error.HTTPError, match="403"):
             urllib.request.urlopen(
-                urllib.request.Request(f"{address}state", headers={"Host": "evil.example"}), timeout=30
+                urllib.request.Request(f"{address}state", headers={"Host": "evil.example"}), timeout=PATIENCE
             )
 
 

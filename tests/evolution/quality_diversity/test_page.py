@@ -13,7 +13,7 @@ from evolution.quality_diversity.search import AtlasSearch, GridFigures
 from evolution.report import write_atlas_report
 from gym_mapbench.metrics.episode import Episode
 from tests.evolution import fake_runs
-from tests.evolution.browser import NEEDS_CHROMIUM, open_chromium
+from tests.evolution.browser import NEEDS_CHROMIUM, open_chromium, sized
 from tests.evolution.quality_diversity.test_search import EXPERIMENT, SETTINGS
 
 
@@ -110,11 +110,10 @@ def test_a_click_scrolls_without_motion_for_readers_who_want_none(atlas, page):
 @NEEDS_CHROMIUM
 def test_cells_show_their_maps_and_nothing_else_on_a_phone_and_on_paper(page):
     with open_chromium(height=1000) as driver:
-        size = {"width": 390, "height": 900, "deviceScaleFactor": 1, "mobile": False}
-        driver.execute_cdp_cmd("Emulation.setDeviceMetricsOverride", size)
         driver.get(page.as_uri())
         script = """return [...document.querySelectorAll('.cells td')].map(one =>
             getComputedStyle(one, '::before').content)"""
-        assert set(driver.execute_script(script)) == {"none"}
+        with sized(driver, 390):
+            assert set(driver.execute_script(script)) == {"none"}
         cell = driver.find_element("css selector", "[data-group]")
         assert cell.value_of_css_property("print-color-adjust") == "exact"

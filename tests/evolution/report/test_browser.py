@@ -17,9 +17,9 @@ pytest.importorskip("selenium.webdriver", reason="selenium is not installed")
 
 from selenium.webdriver.common.by import By
 from selenium.webdriver.common.keys import Keys
-from selenium.webdriver.support.ui import Select, WebDriverWait
+from selenium.webdriver.support.ui import Select
 
-from tests.evolution.browser import NEEDS_CHROMIUM, open_chromium
+from tests.evolution.browser import NEEDS_CHROMIUM, open_chromium, sized, until
 
 pytestmark = [pytest.mark.slow, NEEDS_CHROMIUM]
 
@@ -66,10 +66,6 @@ def column(browser, number):
     return [float(row.find_elements(By.TAG_NAME, "td")[number].get_dom_attribute("data-sort")) for row in rows]
 
 
-def until(browser, condition):
-    WebDriverWait(browser, 10, poll_frequency=0.05).until(lambda _: condition())
-
-
 def test_it_opens_in_light_and_dark(opened):
     assert opened.title == "Study: small"
     assert len(opened.find_elements(By.TAG_NAME, "canvas")) == 3
@@ -82,18 +78,28 @@ def test_it_opens_in_light_and_dark(opened):
     assert papers == ["rgba(255, 255, 255, 1)", "rgba(20, 24, 29, 1)"]
 
 
+FRAMES = """
+performance.now = () => 0;
+window.requestAnimationFrame = (draw) => { window.frameAt = draw; };
+"""
+"""Frames come when a test asks for them: the page would otherwise reach the end while the test is held up."""
+
+
 def test_the_replay_plays_and_pauses(opened):
     play = opened.find_element(By.ID, "play")
     end = clock(opened)
     assert end > 5.0
     shown = canvas(opened)
+    opened.execute_script(FRAMES)
     play.click()
     assert play.text == "Pause"
-    until(opened, lambda: 0.5 < clock(opened) < end)
-    play.click()
+    opened.execute_script("frameAt(200)")
     now = clock(opened)
-    assert play.text == "Play"
+    assert 0.2 <= now < end
     assert canvas(opened) != shown
+    play.click()
+    opened.execute_script("frameAt(400)")
+    assert play.text == "Play"
     assert clock(opened) == now
 
 
@@ -201,14 +207,12 @@ def test_the_configuration_is_printed_although_it_is_folded(opened):
 
 
 def test_nothing_scrolls_sideways_on_a_phone(opened):
-    size = {"width": 390, "height": 900, "deviceScaleFactor": 1, "mobile": False}
-    opened.execute_cdp_cmd("Emulation.setDeviceMetricsOverride", size)
-    for selector in ("html", ".scroll"):
-        found = opened.find_element(By.CSS_SELECTOR, selector)
-        assert found.get_property("scrollWidth") == found.get_property("clientWidth")
-    note = opened.find_element(By.CSS_SELECTOR, "caption .hint")
-    assert note.rect["x"] + note.rect["width"] < 390
-    opened.execute_cdp_cmd("Emulation.clearDeviceMetricsOverride", {})
+    with sized(opened, 390):
+        for selector in ("html", ".scroll"):
+            found = opened.find_element(By.CSS_SELECTOR, selector)
+            assert found.get_property("scrollWidth") == found.get_property("clientWidth")
+        note = opened.find_element(By.CSS_SELECTOR, "caption .hint")
+        assert note.rect["x"] + note.rect["width"] < 390
 
 
 LONG = "warehouse_north_wing_floor_2_scanned_2025_11_03_final_version_corrected_by_hand"
@@ -229,45 +233,38 @@ def long_names(chromium, study_path, tmp_path):
     page.write_text(render_page(report), encoding="utf-8")
     chromium.get(page.as_uri())
     yield chromium
-    chromium.execute_cdp_cmd("Emulation.clearDeviceMetricsOverride", {})
     chromium.execute_cdp_cmd("Emulation.setEmulatedMedia", {"media": ""})
 
 
 @pytest.mark.parametrize("width", [390, 640, 1280])
 def test_long_names_do_not_scroll_the_page(long_names, width):
-    size = {"width": width, "height": 900, "deviceScaleFactor": 1, "mobile": False}
-    long_names.execute_cdp_cmd("Emulation.setDeviceMetricsOverride", size)
-    page = long_names.find_element(By.TAG_NAME, "html")
-    assert page.get_property("scrollWidth") == page.get_property("clientWidth")
-    sorting = long_names.find_element(By.CSS_SELECTOR, "#wide > .sorting")
-    assert sorting.is_displayed() is long_names.find_element(By.TAG_NAME, "thead").is_displayed() is (width > 640)
+    with sized(long_names, width):
+        page = long_names.find_element(By.TAG_NAME, "html")
+        assert page.get_property("scrollWidth") == page.get_property("clientWidth")
+        sorting = long_names.find_element(By.CSS_SELECTOR, "#wide > .sorting")
+        assert sorting.is_displayed() is long_names.find_element(By.TAG_NAME, "thead").is_displayed() is (width > 640)
 
 
 def test_a_wide_table_is_printed_whole(long_names):
-    size = {"width": 1020, "height": 700, "deviceScaleFactor": 1, "mobile": False}
-    long_names.execute_cdp_cmd("Emulation.setDeviceMetricsOverride", size)
-    long_names.execute_cdp_cmd("Emulation.setEmulatedMedia", {"media": "print"})
-    wide = long_names.find_element(By.ID, "wide")
-    assert wide.value_of_css_property("page") == "tables"
-    box = wide.find_element(By.CLASS_NAME, "scroll")
-    assert box.get_property("scrollWidth") == box.get_property("clientWidth")
+    with sized(long_names, 1020):
+        long_names.execute_cdp_cmd("Emulation.setEmulatedMedia", {"media": "print"})
+        wide = long_names.find_element(By.ID, "wide")
+        assert wide.value_of_css_property("page") == "tables"
+        box = wide.find_element(By.CLASS_NAME, "scroll")
+        assert box.get_property("scrollWidth") == box.get_property("clientWidth")
 
 
 def test_rows_are_cards_on_a_phone(opened):
     script = "return getComputedStyle(document.querySelectorAll('table.sortable td')[1], '::before').content"
     assert opened.execute_script(script) == "none"
-    size = {"width": 390, "height": 900, "deviceScaleFactor": 1, "mobile": False}
-    opened.execute_cdp_cmd("Emulation.setDeviceMetricsOverride", size)
-    assert opened.execute_script(script) == '"n: "'
-    assert not opened.find_element(By.CSS_SELECTOR, "table.sortable thead").is_displayed()
-    opened.execute_cdp_cmd("Emulation.clearDeviceMetricsOverride", {})
+    with sized(opened, 390):
+        assert opened.execute_script(script) == '"n: "'
+        assert not opened.find_element(By.CSS_SELECTOR, "table.sortable thead").is_displayed()
 
 
 @pytest.mark.parametrize("width", [1100, 1600])
 def test_the_explanation_of_a_wide_table_is_whole(opened, width):
-    size = {"width": width, "height": 900, "deviceScaleFactor": 1, "mobile": False}
-    opened.execute_cdp_cmd("Emulation.setDeviceMetricsOverride", size)
     script = """return [...document.querySelectorAll('.scroll')].map(box =>
         [box.clientWidth, box.querySelector('caption div').getBoundingClientRect().width])"""
-    assert all(caption <= box for box, caption in opened.execute_script(script))
-    opened.execute_cdp_cmd("Emulation.clearDeviceMetricsOverride", {})
+    with sized(opened, width):
+        assert all(caption <= box for box, caption in opened.execute_script(script))

@@ -25,6 +25,7 @@ from gym_mapbench.errors import ConfigError, PluginError, RunError
 from gym_mapbench.generator import build_genome, interior, is_drivable, sample_map
 from gym_mapbench.mapio.map_set_file import read_map_set
 from tests.evolution.fake_runs import CONTROLLERS, IN_PROCESS, SMALL, WORLD, drive, never
+from tests.evolution.processes import PATIENCE
 
 SEARCH = EvolveSettings(pop_size=8, evaluations=44, shapes=SMALL, seed=5)
 EXPERIMENT = Experiment(SEARCH, CONTROLLERS, WORLD)
@@ -151,7 +152,7 @@ if __name__ == "__main__":
 @pytest.mark.parametrize("after", [5, 90, 200])
 def test_a_killed_run_resumes_to_the_same_bytes(tmp_path, whole, after):
     script = KILLED.format(path=str(tmp_path / "killed"), after=after)
-    code = subprocess.run([sys.executable, "-c", textwrap.dedent(script)], check=False, timeout=60).returncode
+    code = subprocess.run([sys.executable, "-c", textwrap.dedent(script)], check=False, timeout=PATIENCE).returncode
     assert code == -9
     rundir = RunDir.open(tmp_path / "killed")
     if after == 5:

@@ -32,6 +32,7 @@ from gym_mapbench.errors import ConfigError, RunError
 from gym_mapbench.world.noise import NOISES, NoiseSettings, read_noise
 from tests.evolution.fake_runs import WORKERS, broken_warm_up
 from tests.evolution.fake_study import small_study
+from tests.evolution.processes import PATIENCE
 
 pytestmark = pytest.mark.usefixtures("fake_driving")
 
@@ -273,7 +274,7 @@ def test_a_killed_study_resumes_to_the_same_bytes(tmp_path):
     study = small_study(configurations=TWO)
     run_study(study, tmp_path / "whole")
     script = KILLED.format(path=str(tmp_path / "killed"), after=7)
-    done = subprocess.run([sys.executable, "-c", textwrap.dedent(script)], check=False, timeout=60, cwd=ROOT)
+    done = subprocess.run([sys.executable, "-c", textwrap.dedent(script)], check=False, timeout=PATIENCE, cwd=ROOT)
     assert done.returncode == -9
     partial = load_results(tmp_path / "killed")
     assert [(run.configuration.name, run.seed) for run in partial.runs] == [("ga", 0)]

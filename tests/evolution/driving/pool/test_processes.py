@@ -19,19 +19,16 @@ from evolution.driving.pool import Processes, WorkerDiedError, process_start
 from evolution.one_thread import ONE_THREAD
 from tests.evolution import fake_runs
 from tests.evolution.driving.test_evaluator import jobs_of, plan_of
+from tests.evolution.processes import PATIENCE, holds_soon, is_gone
 
 ROOT = Path(__file__).resolve().parents[4]
-SOON = 20.0
-"""Seconds within which something must be seen; the wall-clock limit of a run is far above it."""
 
 
 def drive_with(name):
     """Drive a controller with a fault between two without; returns the three results."""
     plan = plan_of("good", name, "last")
-    began = time.monotonic()
     with Evaluator(fake_runs.misbehave, workers=1) as evaluator:
         results = evaluator.run(jobs_of(plan))
-    assert time.monotonic() - began < SOON
     assert [results[0], results[2]] == [like(fake_runs.drive(job), results) for job in jobs_of(plan)[::2]]
     return results[1]
 
@@ -74,10 +71,7 @@ def test_workers_get_ready_before_there_is_a_job(tmp_path):
     ready = tmp_path / "ready"
     with Evaluator(fake_runs.drive, warm_up=ready.touch) as evaluator:
         evaluator.get_ready()
-        began = time.monotonic()
-        while not ready.exists() and time.monotonic() - began < SOON:
-            time.sleep(0.01)
-        assert ready.exists()
+        assert holds_soon(ready.exists)
 
 
 @pytest.mark.slow
@@ -113,6 +107,15 @@ def test_a_killed_parent_takes_its_workers_along(server):
     assert not left
 
 
+@pytest.mark.skipif(not os.path.exists("/proc"), reason="looks into /proc")
+def test_a_fork_server_keeps_no_disk_from_being_unmounted(monkeypatch, tmp_path):
+    monkeypatch.chdir(tmp_path)
+    with Processes(1, 60.0, int) as pool:
+        server = pool.submit(os.getppid).result()
+        assert os.readlink(f"/proc/{server}/cwd") == "/"
+        assert pool.submit(os.getcwd).result() == os.getcwd() != "/"
+
+
 def test_a_fork_server_that_dies_is_replaced():
     with Processes(1, 60.0, int) as pool:
         server = pool.submit(os.getppid).result()
@@ -146,7 +149,7 @@ def test_workers_are_copies_of_a_command_as_it_was_at_its_start():
                 print(seen()[0] == server, seen()[1])
         """
     done = subprocess.run(
-        [sys.executable, "-c", textwrap.dedent(script)], capture_output=True, text=True, timeout=120, check=False
+        [sys.executable, "-c", textwrap.dedent(script)], capture_output=True, text=True, timeout=PATIENCE, check=False
     )
     assert done.stdout == "True as it was\nFalse changed\n", done.stderr
 
@@ -165,7 +168,7 @@ def test_a_worker_has_one_thread_unless_the_user_says_otherwise(given):
         """
     environment = {name: value for name, value in os.environ.items() if name not in ONE_THREAD}
     command = [sys.executable, "-c", textwrap.dedent(script)]
-    printed = subprocess.check_output(command, env={**environment, **given}, text=True, timeout=120)
+    printed = subprocess.check_output(command, env={**environment, **given}, text=True, timeout=PATIENCE)
     assert printed == f"{given.get('OMP_NUM_THREADS', '1')} {{1}}\n"
 
 
@@ -208,18 +211,6 @@ from tests.evolution import fake_runs
 with Processes(1, 60.0, int) as workers:
     print(workers.submit(fake_runs.file_of, "evolution").result())
 """)
-    done = subprocess.run(
-        [sys.executable, str(script)], cwd=tmp_path / "here", capture_output=True, text=True, timeout=120, check=False
-    )
+    command = [sys.executable, str(script)]
+    done = subprocess.run(command, cwd=tmp_path / "here", capture_output=True, text=True, timeout=PATIENCE, check=False)
     assert done.stdout.strip() == str(ROOT / "evolution" / "__init__.py"), done.stderr
-
-
-def is_gone(pid):
-    """Whether a process ends within some seconds."""
-    for _ in range(100):
-        try:
-            os.kill(pid, 0)
-        except ProcessLookupError:
-            return True
-        time.sleep(0.1)
-    return False

@@ -19,12 +19,11 @@ pytest.importorskip("uvicorn", reason="uvicorn is not installed")
 from selenium.webdriver import ActionChains
 from selenium.webdriver.common.by import By
 from selenium.webdriver.common.keys import Keys
-from selenium.webdriver.support.ui import Select, WebDriverWait
+from selenium.webdriver.support.ui import Select
 
-from tests.evolution.browser import NEEDS_CHROMIUM, open_chromium
+from tests.evolution.browser import NEEDS_CHROMIUM, open_chromium, sized, until
 
 pytestmark = [pytest.mark.slow, NEEDS_CHROMIUM]
-PATIENCE = 60
 OFFICE = Path(__file__).parents[4] / "examples" / "office.yaml"
 
 
@@ -55,10 +54,6 @@ def page(chromium, address):
 
 def wait_for_answer(page):
     until(page, lambda: " runs in " in text(page, "status"))
-
-
-def until(page, holds):
-    WebDriverWait(page, PATIENCE, poll_frequency=0.05).until(lambda _: holds())
 
 
 def text(page, name):
@@ -183,8 +178,8 @@ def test_the_command_gives_the_numbers_of_the_page(page, tmp_path):
 
 def test_what_a_controller_considers_is_shown_at_any_time(page):
     page.execute_script("const s = document.getElementById('scrub'); s.value = 20; s.dispatchEvent(new Event('input'))")
-    until(page, lambda: "419 candidates" in text(page, "hover"))
-    assert "dwb at 20.00 s" in text(page, "hover")
+    until(page, lambda: "dwb at 20.00 s" in text(page, "hover"))
+    assert "419 candidates" in text(page, "hover")
 
 
 def test_everything_by_the_keyboard(page):
@@ -220,13 +215,8 @@ def test_a_random_map_and_a_link_to_it(page, address):
 
 
 def test_a_narrow_window_needs_no_sideways_scrolling(page):
-    page.execute_cdp_cmd(
-        "Emulation.setDeviceMetricsOverride", {"width": 390, "height": 844, "deviceScaleFactor": 1, "mobile": False}
-    )
-    try:
-        until(page, lambda: page.execute_script("return document.documentElement.scrollWidth <= innerWidth"))
-    finally:
-        page.execute_cdp_cmd("Emulation.clearDeviceMetricsOverride", {})
+    with sized(page, 390):
+        assert page.execute_script("return document.documentElement.scrollWidth <= innerWidth")
 
 
 WRITTEN = """
@@ -249,10 +239,7 @@ return widths.length === 3 && widths.every((width) => width === across);
 
 @pytest.mark.parametrize("width", [390, 1200])
 def test_labels_and_columns_are_whole(page, width):
-    size = {"width": width, "height": 844, "deviceScaleFactor": 1, "mobile": False}
-    page.execute_cdp_cmd("Emulation.setDeviceMetricsOverride", size)
-    try:
-        until(page, lambda: page.execute_script("return innerWidth") == width)
+    with sized(page, width):
         page.execute_script(WRITTEN)
         until(page, lambda: page.execute_script(DRAWN))
         texts = page.execute_script("return window.texts")
@@ -262,8 +249,6 @@ def test_labels_and_columns_are_whole(page, width):
             assert a[2] <= b[0] or b[2] <= a[0] or a[3] <= b[1] or b[3] <= a[1]
         table = page.find_element(By.CSS_SELECTOR, ".scroll")
         assert table.get_property("scrollWidth") == table.get_property("clientWidth")
-    finally:
-        page.execute_cdp_cmd("Emulation.clearDeviceMetricsOverride", {})
 
 
 def test_edits_in_a_row_answer_the_last_one(page):
