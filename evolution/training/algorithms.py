@@ -107,13 +107,6 @@ def check_hyperparameters(settings: TrainSettings) -> None:
         _check_range(name, value, known[name])
 
 
-def _check_range(name: str, value: Any, default: Any) -> None:
-    if name in SHARES and not 0 <= value <= 1:
-        raise ConfigError(f"hyperparameters.{name}: expected 0 to 1, got {value}")
-    if type(default) is int and value < (lowest := LOWEST.get(name, 1)):
-        raise ConfigError(f"hyperparameters.{name}: expected at least {lowest}, got {value}")
-
-
 def is_sound(model: Any) -> bool:
     """Whether a model's networks have finite weights of usual size and give finite actions on its latest input."""
     import torch
@@ -242,6 +235,13 @@ def _forgetful(model: Any) -> Iterator[None]:
     finally:
         for optimizer, state in zip(optimizers, gathered, strict=True):
             optimizer.state = state
+
+
+def _check_range(name: str, value: Any, default: Any) -> None:
+    if name in SHARES and not 0 <= value <= 1:
+        raise ConfigError(f"hyperparameters.{name}: expected 0 to 1, got {value}")
+    if type(default) is int and value < (lowest := LOWEST.get(name, 1)):
+        raise ConfigError(f"hyperparameters.{name}: expected at least {lowest}, got {value}")
 
 
 def _noise(deviation: float) -> Any:
