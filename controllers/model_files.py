@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import zipfile
+from collections.abc import Container
 from io import BytesIO
 from pathlib import Path
 from typing import Any
@@ -37,7 +38,7 @@ def model_data(path: str | Path) -> dict[str, Any]:
     return data
 
 
-def uncompressed(path: str | Path) -> BytesIO:
+def uncompressed(path: str | Path, but: Container[str] = ()) -> BytesIO:
     """Return a model file in memory, its parts uncompressed.
 
     PyTorch reads a part from many places. Going back in a compressed part means to unpack it from its beginning again,
@@ -45,13 +46,14 @@ def uncompressed(path: str | Path) -> BytesIO:
 
     Args:
         path: The file.
+        but: Names of parts to leave out.
 
     Raises:
         ConfigError: As :func:`model_data`.
     """
     copy = BytesIO()
     with open_zip(path, MAX_MODEL_BYTES, ConfigError) as archive, zipfile.ZipFile(copy, "w") as unpacked:
-        for name in archive.namelist():
+        for name in (name for name in archive.namelist() if name not in but):
             unpacked.writestr(name, archive.read(name))
     copy.seek(0)
     return copy

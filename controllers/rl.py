@@ -26,6 +26,11 @@ from gym_mapbench.registry import accepted_keywords
 from gym_mapbench.settings import Settings
 from gym_mapbench.world.lidar import LidarSettings
 
+UNLEARNED = {"ent_coef": 0.0, "buffer_size": 1, "n_steps": 1}
+"""Hyperparameters of a model that only predicts; SAC makes an optimizer for an entropy coefficient that is learned."""
+LEARNED_ENTROPY = ("ent_coef_optimizer.pth", "pytorch_variables.pth")
+"""Parts of a file that hold the entropy coefficient of SAC; other algorithms have nothing in them."""
+
 
 class PolicyController:
     """A policy under its own name; made by :func:`as_controller`.
@@ -155,9 +160,10 @@ def load_sb3(path: str | Path, name: str) -> PolicyController | TrainedPolicy:
 
 
 def _load_to_predict(algorithm: Any, path: str | Path, data: dict[str, Any]) -> Any:
-    """Load a model without its policy's optimizers: making one imports the compiler of torch (2 s in each process).
+    """Load a model without what only learning needs: its optimizers and its replay buffer.
 
-    SAC makes an optimizer of its entropy coefficient all the same, unless the coefficient is fixed.
+    Making an optimizer imports the compiler of torch (2 s in each process). The buffer of an off-policy model has
+    gigabytes in its default size.
 
     Args:
         algorithm: The class of Stable-Baselines3 that loads it.
@@ -171,7 +177,8 @@ def _load_to_predict(algorithm: Any, path: str | Path, data: dict[str, Any]) -> 
         warnings.filterwarnings("error", "Could not deserialize")
         saved = json_to_data(json.dumps({"policy_kwargs": data.get("policy_kwargs", {})}))
     kwargs = {**saved["policy_kwargs"], "optimizer_class": _NoOptimizer}
-    return algorithm.load(uncompressed(path), device="cpu", custom_objects={"policy_kwargs": kwargs})
+    parts = uncompressed(path, but=LEARNED_ENTROPY)
+    return algorithm.load(parts, device="cpu", custom_objects={**UNLEARNED, "policy_kwargs": kwargs})
 
 
 class _NoOptimizer:

@@ -9,6 +9,8 @@ from pathlib import Path
 
 import pytest
 
+from gym_mapbench import MapBenchEnv
+
 ROOT = Path(__file__).resolve().parents[1]
 PACKAGES = ("gym_mapbench", "controllers", "evolution")
 HEAVY = ("torch", "stable_baselines3", "matplotlib", "pymoo", "pandas", "jinja2", "distributed", "optuna", "ribs")
@@ -40,9 +42,11 @@ def test_large_libraries_are_loaded_by_those_who_use_them():
 
 
 @pytest.mark.slow
-def test_a_model_is_loaded_without_the_compiler_of_torch():
-    pytest.importorskip("stable_baselines3")
-    code = "import sys; from controllers.rl import load_sb3; load_sb3('examples/policies/ppo.zip', 'ppo')"
+def test_models_are_loaded_without_the_compiler_of_torch(tmp_path):
+    sb3 = pytest.importorskip("stable_baselines3")
+    sb3.SAC("MultiInputPolicy", MapBenchEnv(lidar={"beams": 2}), buffer_size=1).save(tmp_path / "sac.zip")
+    files = ["examples/policies/ppo.zip", str(tmp_path / "sac.zip")]
+    code = f"import sys; from controllers.rl import load_sb3; [load_sb3(file, 'x') for file in {files}]"
     loaded = run(f"{code}; print(*sys.modules)").split()
     assert "torch" in loaded
     assert "torch._dynamo" not in loaded

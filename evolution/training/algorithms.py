@@ -33,16 +33,21 @@ OURS = (
     "tensorboard_log",
     "self",
     "action_noise",
+    "_init_setup_model",
 )
 """Arguments of an algorithm that follow from other settings."""
 
 
 KINDS: dict[type, tuple[str, Any]] = {
     bool: ("true or false", bool),
-    int: ("a whole number", int | list),
+    int: ("a whole number", int),
     float: ("a number", int | float),
 }
-"""What a hyperparameter may be, by the type of its default; a list is a frequency such as ``[1, episode]``."""
+"""What a hyperparameter may be, by the type of its default."""
+SHARES = ("gamma", "gae_lambda", "tau")
+"""Hyperparameters of 0 to 1."""
+LOWEST = {"learning_starts": 0, "gradient_steps": -1, "sde_sample_freq": -1}
+"""The least of whole numbers, where it is not 1; -1 stands for a rule of Stable-Baselines3."""
 HUGE = 1e6
 """Size of a weight from which on a network counts as diverged."""
 
@@ -87,7 +92,7 @@ def check_model(settings: TrainSettings) -> None:
 
 
 def check_hyperparameters(settings: TrainSettings) -> None:
-    """Refuse hyperparameters that the algorithm does not have, and those of another kind than its defaults.
+    """Refuse hyperparameters that the algorithm does not have, of another kind than its defaults, or out of range.
 
     Raises:
         ConfigError: Naming the first, or if Stable-Baselines3 is not installed.
@@ -99,6 +104,7 @@ def check_hyperparameters(settings: TrainSettings) -> None:
         kind = KINDS.get(type(known[name]))
         if kind is not None and not (isinstance(value, kind[1]) and isinstance(value, bool) == (kind[1] is bool)):
             raise ConfigError(f"hyperparameters.{name}: expected {kind[0]}, got {value!r:.80}")
+        _check_range(name, value, known[name])
 
 
 def is_sound(model: Any) -> bool:
@@ -229,6 +235,13 @@ def _forgetful(model: Any) -> Iterator[None]:
     finally:
         for optimizer, state in zip(optimizers, gathered, strict=True):
             optimizer.state = state
+
+
+def _check_range(name: str, value: Any, default: Any) -> None:
+    if name in SHARES and not 0 <= value <= 1:
+        raise ConfigError(f"hyperparameters.{name}: expected 0 to 1, got {value}")
+    if type(default) is int and value < (lowest := LOWEST.get(name, 1)):
+        raise ConfigError(f"hyperparameters.{name}: expected at least {lowest}, got {value}")
 
 
 def _noise(deviation: float) -> Any:

@@ -198,14 +198,16 @@ class Window:
         import matplotlib.pyplot as plt
 
         self._plt = plt
-        self._figure, axes = plt.subplots(num="MapBench", layout="constrained")
-        axes.set_axis_off()
-        self._axes = axes
+        self._figure, self._axes = plt.subplots(layout="constrained")
+        if self._figure.canvas.manager is not None:
+            self._figure.canvas.manager.set_window_title("MapBench")
         self._image: Any = None
 
     def show(self, frame: Frame, seconds: float) -> None:
         """Show a frame, for at least so many seconds."""
-        if self._image is None:
+        if self._image is None or self._image.get_size() != frame.shape[:2]:
+            self._axes.clear()
+            self._axes.set_axis_off()
             self._image = self._axes.imshow(frame)
         self._image.set_data(frame)
         if self._plt.get_backend().lower() == "agg":

@@ -120,10 +120,12 @@ class TestStableBaselines3:
 
     @pytest.mark.parametrize("algorithm", ["PPO", "A2C", "SAC", "DDPG"])
     def test_model_acts_as_it_predicts(self, sb3, algorithm, tmp_path):
-        replay = {"buffer_size": 10} if algorithm in ("SAC", "DDPG") else {}
+        replay = {"buffer_size": 1000} if algorithm in ("SAC", "DDPG") else {}
         model = getattr(sb3, algorithm)("MultiInputPolicy", Room(), seed=0, **replay)
         model.save(tmp_path / "model.zip")
         controller = make_controller(f"learned={tmp_path / 'model.zip'}")
+        if replay:
+            assert controller._predict.__self__.replay_buffer.buffer_size == 1
         assert (controller.name, set(controller.observation_keys)) == ("learned", {"scan", "goal"})
         controller.reset(context())
         share, _ = model.predict(OBSERVATION, deterministic=True)

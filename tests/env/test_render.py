@@ -150,19 +150,28 @@ def test_before_the_first_reset_there_is_nothing_to_draw():
     assert env.render() is None
 
 
-def test_a_window_shows_every_step(monkeypatch):
+def test_every_env_has_a_window_that_shows_the_whole_of_every_map(monkeypatch):
     monkeypatch.setenv("MPLBACKEND", "agg")
     import matplotlib.pyplot as plt
 
     plt.switch_backend("agg")
-    env = MapBenchEnv(**ROOM_OPTIONS, render_mode="human")
-    env.reset()
-    for _ in range(3):
+    before = set(plt.get_fignums())
+    envs = [MapBenchEnv(**ROOM_OPTIONS, render_mode="human") for _ in range(2)]
+    for env in envs:
+        env.reset()
         env.step((0.3, 0.0))
-    assert plt.fignum_exists("MapBench")
-    env.close()
-    assert not plt.fignum_exists("MapBench")
-    env.close()
+    windows = [plt.figure(number) for number in sorted(set(plt.get_fignums()) - before)]
+    assert [window.canvas.manager.get_window_title() for window in windows] == ["MapBench"] * 2
+
+    wide = GridMap(np.zeros((40, 120), dtype=bool), 0.05)
+    envs[0].reset(options={"map": wide, "start": (1.0, 1.0), "goal": (5.0, 1.0)})
+    axes = windows[0].axes[0]
+    height, width = axes.images[-1].get_size()
+    assert width == 3 * height
+    assert (*axes.get_xlim(), *axes.get_ylim()) == (-0.5, width - 0.5, height - 0.5, -0.5)
+    for env in (*envs, envs[0]):
+        env.close()
+    assert set(plt.get_fignums()) == before
 
 
 def test_a_costmap_lies_where_its_frame_is():

@@ -374,7 +374,12 @@ class TestRefused:
             ("ppo", {"n_epochs": 2.5}, r"hyperparameters.n_epochs: expected a whole number, got 2.5"),
             ("ppo", {"clip_range": True}, r"hyperparameters.clip_range: expected a number, got True"),
             ("ppo", {"normalize_advantage": 1}, r"hyperparameters.normalize_advantage: expected true or false, got 1"),
-            ("sac", {"train_freq": [1, "week"]}, "hyperparameters of sac: cannot be used"),
+            ("ppo", {"n_epochs": 0}, r"hyperparameters.n_epochs: expected at least 1, got 0"),
+            ("ppo", {"gamma": 1.5}, r"hyperparameters.gamma: expected 0 to 1, got 1.5"),
+            ("sac", {"gradient_steps": -2}, r"hyperparameters.gradient_steps: expected at least -1, got -2"),
+            ("td3", {"train_freq": 0}, r"hyperparameters.train_freq: expected at least 1, got 0"),
+            ("sac", {"_init_setup_model": False}, r"unknown hyperparameter of sac '_init_setup_model'"),
+            ("sac", {"train_freq": [1, "episode"]}, r"hyperparameters.train_freq: expected a whole number, got \[1, "),
         ],
     )
     def test_a_hyperparameter_of_the_wrong_kind(self, algorithm, hyperparameters, message, tmp_path):
