@@ -141,6 +141,9 @@ options = st.fixed_dictionaries(
         "use_dynamic_window": flags,
         "min_distance_to_obstacle": st.sampled_from([-1.0, 0.5, 1.5]),
         "allow_obstacle_checking_beyond_goal": flags,
+        "min_linear_vel": st.sampled_from([-0.5, 0.1]),
+        "max_angular_vel": st.sampled_from([0.0, 2.5]),
+        "min_angular_vel": st.sampled_from([-2.5, 0.1]),
         "max_linear_decel": st.sampled_from([-2.5, -0.5]),
         "max_angular_decel": st.sampled_from([-3.2, -1.0]),
     }
