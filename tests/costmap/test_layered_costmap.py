@@ -256,6 +256,17 @@ def test_without_obstacle_layers_the_whole_map_is_built_once():
     assert costmap.update(Pose(2, 2)) is first
 
 
+@pytest.mark.parametrize(("release", "cost"), [("humble", NO_INFORMATION), ("jazzy", LETHAL_OBSTACLE)])
+def test_a_clear_forgets_a_costmap_that_never_changes_as_well(release, cost):
+    # Humble does not inflate again what no layer reports.
+    unknown = {"track_unknown_space": True, "inflation_layer": InflationLayer(inflate_around_unknown=True)}
+    params = CostmapParams(width=1, height=1, plugins=("inflation_layer",), release=release, **unknown)
+    costmap = LayeredCostmap(params, ROOM, DISC)
+    assert (costmap.update(Pose(0, 0)).costs == LETHAL_OBSTACLE).all()
+    costmap.clear()
+    assert (costmap.update(Pose(0, 0)).costs == cost).all()
+
+
 def test_a_costmap_neither_rolling_nor_on_the_map_stays_where_it_is_put():
     params = CostmapParams(width=2, height=1, origin_x=-1.0, plugins=("inflation_layer",))
     costmap = LayeredCostmap(params, ROOM, DISC).update(Pose(3, 3))
