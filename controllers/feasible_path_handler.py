@@ -40,7 +40,7 @@ class FeasiblePathHandler(PlanAhead):
             InvalidPath: If there is none.
         """
         if self._params.reject_unit_path and len(self._ahead) == 1:
-            raise InvalidPath("Received plan of one pose")
+            raise InvalidPath("Received plan with length of one")
         path, steps = self._next_window(pose, costmap)
         return LocalPlan(path, float(steps.sum()), Pose(*self._plan[-1].tolist()))
 

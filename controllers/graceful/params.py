@@ -85,7 +85,8 @@ class GracefulParams(_WithLambda):
         use_collision_detection: Lyrical: whether the way to a target and the turn at the goal are checked.
         footprint_scaling_linear_vel: Lyrical: lowest top speed at which a target is tried, m/s; the footprint grows
             for commands above it.
-        footprint_scaling_factor: Lyrical: share by which the footprint has grown for a command of ``v_linear_max``.
+        footprint_scaling_factor: Lyrical: share by which the footprint has grown for a command of ``v_linear_max``; as
+            in Nav2 a triangle does not grow.
         footprint_scaling_step: Lyrical: by how much the top speed is lowered for the next try, m/s.
         obstacle_cost_margin: Lyrical: how far below the highest valid cost the way to the goal must stay, or else other
             headings of the goal are searched.

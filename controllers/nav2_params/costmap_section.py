@@ -200,6 +200,8 @@ def _read_sources(layer: Layer, data_type: str) -> dict[str, Any]:
         return {"marking": False, "clearing": False}
     if data_type != "LaserScan":
         add("replaced", first.name, "a point cloud; the robot's lidar stands for it")
+        if first.values.pop("inf_is_valid", False):
+            add("left_out", f"{first.name}.inf_is_valid", "Nav2 does not apply it to point clouds")
     if "max_obstacle_height" not in first.values:
         why = "0 by default, so Nav2 sees no point above the floor; the lidar here is at height 0"
         add("left_out", f"{first.name}.max_obstacle_height", why)

@@ -183,6 +183,7 @@ COSTMAP = Keys(
         "subscribe_to_stamped_footprint",
     },
     elsewhere={
+        "inscribed_obstacle_cost_value": "maps here hold free, occupied and unknown cells alone",
         "observation_sources": "every layer names its own",
         "plugin_names": "an older name of plugins",
         "plugin_types": "each layer's own 'plugin' counts since Foxy",

@@ -31,7 +31,7 @@ class LyricalRotationShimFollower(RotationShimFollower):
     def take_local_plan(self, local: LocalPlan) -> None:
         """Take the part of the plan to follow; its bearing counts in every cycle, unless one turn was enough."""
         self._path, self._local = local.path, local
-        if self._turns or not self.params.rotate_to_heading_once:
+        if not self.params.rotate_to_heading_once:
             self._looks_at_path = True
         take = getattr(self.primary, "take_local_plan", None)
         if take is not None:

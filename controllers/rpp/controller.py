@@ -18,8 +18,9 @@ from gym_mapbench.world.scenario import Pose
 # The messages are worded as in Nav2, so that logs of both can be compared.
 REASONS = {
     kernels.EMPTY_PLAN: "Resulting plan has 0 poses in it.",
-    kernels.OFF_COSTMAP: "Costmap is too small to fully include the robot's footprint: increase its size.",
-    kernels.SINGLE_POSE: "Resulting plan has only one pose in it: expected two to interpolate beyond the goal.",
+    kernels.OFF_COSTMAP: "RegulatedPurePursuitController: Dimensions of the costmap are too small to encapsulate the "
+    "robot footprint at current speeds!",
+    kernels.SINGLE_POSE: "Received plan with length of one",
     kernels.COLLISION_AHEAD: "RegulatedPurePursuitController detected collision ahead!",
 }
 

@@ -111,7 +111,7 @@ def find_carrots(path, first, last, x, y, yaw, speed, tuning):
         return carrot_x, carrot_y, carrot_x, carrot_y
     lookahead = min(tuning.curvature_lookahead_dist, cusp)
     curve_x, curve_y, found = find_carrot(path, first, last, x, y, yaw, lookahead, tuning.use_interpolation)
-    if tuning.interpolate_curvature_after_goal and not found:
+    if tuning.interpolate_curvature_after_goal and not found and last - first > 1:
         curve_x, curve_y = beyond_end(path, last, x, y, yaw, curve_x, curve_y, lookahead)
     return carrot_x, carrot_y, curve_x, curve_y
 
@@ -268,10 +268,10 @@ def follow(
     """
     tuning = tunings[0]
     first, last = plan_window(path, steps, begin, x, y, costs, resolution, tuning)
+    if tuning.interpolate_curvature_after_goal and len(path) - first == 1:
+        return SINGLE_POSE, 0.0, 0.0, math.nan, math.nan, first, arrived
     if first == last:
         return EMPTY_PLAN, 0.0, 0.0, math.nan, math.nan, first, arrived
-    if tuning.interpolate_curvature_after_goal and last - first == 1:
-        return SINGLE_POSE, 0.0, 0.0, math.nan, math.nan, first, arrived
     carrot_x, carrot_y, curve_x, curve_y = find_carrots(path, first, last, x, y, yaw, v, tuning)
     reach = math.hypot(carrot_x, carrot_y)
     arrived = arrived or reach < tuning.xy_goal_tolerance

@@ -71,7 +71,7 @@ class RppParams(ReleaseSettings):
         rotate_to_heading_angular_vel: Turn rate on the spot, rad/s.
         max_angular_accel: Angular acceleration of a turn on the spot and of the dynamic window, rad/s^2.
         min_approach_linear_velocity: Lowest speed of the approach to the path's end, m/s.
-        approach_velocity_scaling_dist: Remaining length of path below which the speed falls, m.
+        approach_velocity_scaling_dist: Remaining length of path below which the speed falls, m; with 0 it does not.
         use_collision_detection: Whether the arc up to the carrot is checked.
         max_allowed_time_to_collision_up_to_carrot: Time for which that arc is checked, s.
         use_regulated_linear_velocity_scaling: Whether the robot slows down in curves.
@@ -142,7 +142,7 @@ class RppParams(ReleaseSettings):
     rotate_to_heading_angular_vel: Positive = 1.8
     max_angular_accel: Positive = 3.2
     min_approach_linear_velocity: NonNegative = 0.05
-    approach_velocity_scaling_dist: Positive = 0.6
+    approach_velocity_scaling_dist: NonNegative = 0.6
     use_collision_detection: bool = True
     max_allowed_time_to_collision_up_to_carrot: NonNegative = 1.0
     use_regulated_linear_velocity_scaling: bool = True

@@ -87,6 +87,7 @@ class LayeredCostmap:
                 all layers. Other layers write their cells again only where an update changes the costmap.
         """
         self._master.fill(self._default)
+        self._unchanging = None
         for name, layer in self._layers.items():
             if not plugins:
                 layer.reset()

@@ -151,9 +151,20 @@ def check_combination(layer: ObstacleLayer, release: Release) -> None:
         raise ConfigError("combination_method: expected 0 or 1 (2 is new in Jazzy), got 2")
 
 
+LIDAR_PLANE = 0.0, "the robot's lidar lies in the plane of its base"
+"""Height of the lidar, m, and why."""
+
+
 def lower_height(section: Section) -> None:
     """Lower ``min_obstacle_height`` of a layer or a source to the plane of the lidar, so that no hit is too low."""
-    section.cap("min_obstacle_height", 0.0, "the robot's lidar lies in the plane of its base")
+    section.cap("min_obstacle_height", *LIDAR_PLANE)
+
+
+def adapt(section: Section) -> None:
+    """Lower the heights of a layer, and take 1 for a combination method that there is not, as Nav2 does since Jazzy."""
+    lower_height(section)
+    if section.findings.release != "humble":
+        section.correct("combination_method", (0, 1, 2), 1)
 
 
 def name_lidar(values: dict[str, Any], release: Release) -> dict[str, Any]:
@@ -194,7 +205,7 @@ OBSTACLE_LAYER = LayerEntry(
         "the obstacle layer",
         ObstacleLayer,
         OBSTACLE_KEYS,
-        adapt=lower_height,
+        adapt=adapt,
         arrange=name_lidar,
     ),
 )

@@ -101,7 +101,6 @@ STATIC_LAYER = LayerEntry(
                 {"map_subscribe_transient_local", "map_topic", "plugin", "subscribe_to_updates", "transform_tolerance"}
             ),
             elsewhere={
-                "inscribed_obstacle_cost_value": "maps here hold free, occupied and unknown cells alone",
                 "footprint_clearing_enabled": "the static layer does not clear the footprint here",
                 "restore_cleared_footprint": "the static layer does not clear the footprint here",
             },

@@ -14,11 +14,12 @@ from pydantic import Field
 
 from gym_mapbench.costmap.layer import Box, LayerEntry, Window
 from gym_mapbench.costmap.obstacle_layer import (
+    LIDAR_PLANE,
     OBSTACLE_KEYS,
     ObstacleGrid,
     ObstacleLayer,
+    adapt,
     check_combination,
-    lower_height,
     name_lidar,
 )
 from gym_mapbench.costmap.scan import Observation
@@ -93,10 +94,15 @@ class VoxelGrid(ObstacleGrid):
             )  # fmt: skip
 
 
-def adapt(section: Section) -> None:
-    """Lower numbers that are too high for the layer, and take over the name of a third party's option."""
-    lower_height(section)
-    section.cap("z_voxels", MOST_VOXELS, "a column has no more voxels in Nav2")
+def adapt_voxels(section: Section) -> None:
+    """Lower numbers that are too high for the layer, and take over the name of a third party's option.
+
+    A lidar below the lowest voxel would mark, but never clear.
+    """
+    adapt(section)
+    section.cap("origin_z", *LIDAR_PLANE)
+    for name in ("z_voxels", "mark_threshold", "unknown_threshold"):
+        section.cap(name, MOST_VOXELS, "a column has no more voxels in Nav2")
     if section.stand_in:
         clears = section.values.pop("update_footprint_enabled", True)
         section.values.setdefault("footprint_clearing_enabled", clears)
@@ -113,7 +119,7 @@ VOXEL_LAYER = LayerEntry(
         VoxelLayer,
         replace(OBSTACLE_KEYS, ros_only=OBSTACLE_KEYS.ros_only | {"publish_voxel_map"}),
         stands_in_for=("SpatioTemporalVoxelLayer", "NonPersistentVoxelLayer"),
-        adapt=adapt,
+        adapt=adapt_voxels,
         arrange=name_lidar,
     ),
 )

@@ -23,6 +23,8 @@ HALF = 16
 UNKNOWN_COLUMN = 0xFFFF
 VOXEL = 0x10001
 PULLED_IN = 1e-5
+UNDER_TOP = 0.01
+"""How far below the top a ray ends that leaves through it, m."""
 
 
 @kernel
@@ -32,8 +34,9 @@ def clear_voxels(
 ):  # fmt: skip
     """Free the voxels from the sensor ``(3,)`` m towards every one of ``points`` ``(n, 2)`` float32 m at height ``z``.
 
-    Every ray ends two cells before its point and is then cut at the origin and at the origin plus ``size`` (x, y; m);
-    a cut ray that rounding leaves outside is lost, unless it is pulled in a little (``pull_in``, Jazzy).
+    Every ray ends two cells before its point and is then cut at the origin and at the origin plus ``size`` (x, y; m),
+    and half a voxel below the top; a cut ray that rounding leaves outside is lost, unless it is pulled in a little
+    (``pull_in``, Jazzy).
     """
     rows, cols = layer.shape
     grid = origin_x, origin_y, origin_z, resolution, z_resolution, cols, rows, levels
@@ -69,8 +72,8 @@ def voxel_at(point, grid):
 @kernel
 def cut_ray(sensor, point, grid, size, pull_in):
     """Where the ray to a point ends, m: two cells before it, and where it leaves the grid."""
-    origin_x, origin_y, resolution = grid[0], grid[1], grid[3]
-    x_max, y_max = origin_x + size[0], origin_y + size[1]
+    origin_x, origin_y, origin_z, resolution = grid[0], grid[1], grid[2], grid[3]
+    x_max, y_max, z_max = origin_x + size[0], origin_y + size[1], origin_z + (grid[7] - 0.5) * grid[4]
     x, y, height = sensor[0], sensor[1], sensor[2]
     dx, dy, dz = point[0] - x, point[1] - y, point[2] - height
     distance = math.sqrt(dx * dx + dy * dy + dz * dz)
@@ -78,7 +81,10 @@ def cut_ray(sensor, point, grid, size, pull_in):
     end_x, end_y, end_z = share * dx + x, share * dy + y, share * dz + height
     dx, dy, dz = end_x - x, end_y - y, end_z - height
     share = min(cut(x, dx, end_x, origin_x, x_max), cut(y, dy, end_y, origin_y, y_max))
-    if pull_in and share != 0.0 and (end_x < origin_x or end_y < origin_y or end_x > x_max or end_y > y_max):
+    outside = end_x < origin_x or end_y < origin_y or end_x > x_max or end_y > y_max
+    if not origin_z <= end_z <= z_max:
+        share, outside = min(share, cut_at_height(height, dz, end_z, origin_z, z_max)), True
+    if pull_in and share != 0.0 and outside:
         share -= math.copysign(PULLED_IN, share)
     return x + dx * share, y + dy * share, height + dz * share
 
@@ -91,6 +97,14 @@ def cut(start, delta, end, low, high):
     if end > high:
         return min(1.0, (high - start) / delta)
     return 1.0
+
+
+@kernel
+def cut_at_height(start, delta, end, low, high):
+    """As :func:`cut` for heights: a ray through the top ends below it, and does not turn back."""
+    if end > high:
+        return max(0.0, min(1.0, (high - UNDER_TOP - start) / delta))
+    return min(1.0, (low - start) / delta)
 
 
 @kernel

@@ -43,7 +43,9 @@ class Footprint:
         padded = corners + np.sign(corners) * float(np.float32(padding))  # footprint_padding is a float in Nav2
         padded.flags.writeable = False
         edges = np.roll(padded, -1, axis=0) - padded
-        along = np.clip(-(padded * edges).sum(axis=1) / (edges**2).sum(axis=1), 0.0, 1.0)
+        squared = (edges**2).sum(axis=1)
+        # A corner may stand twice, as where a polygon is closed by its first corner.
+        along = np.clip(-(padded * edges).sum(axis=1) / np.where(squared > 0.0, squared, 1.0), 0.0, 1.0)
         nearest = np.hypot(*(padded + along[:, None] * edges).T)
         at_corners = np.hypot(*padded.T)
         return cls(padded, float(min(nearest.min(), at_corners.min())), float(max(nearest.max(), at_corners.max())))

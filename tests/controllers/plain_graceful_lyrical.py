@@ -130,7 +130,7 @@ class PlainLyricalGraceful(PlainGraceful):
     def grown(self, speed):
         """The outline for a command of that speed."""
         footprint, slowest = self.s.footprint, self.p.footprint_scaling_linear_vel
-        if speed <= slowest or self.fastest <= slowest:
+        if speed <= slowest or self.fastest <= slowest or len(footprint.corners) == 3:
             return footprint.corners
         return footprint.corners * (1 + self.p.footprint_scaling_factor * (speed - slowest) / (self.fastest - slowest))
 

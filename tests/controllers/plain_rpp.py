@@ -67,10 +67,10 @@ class PlainRpp:
             search = costmap.size_in_meters()[0] / 2 if self.jazzy else extent
         search = INFINITE if search < 0 else search
         local = self.local_plan(x, y, yaw, extent, search)
+        if p.use_fixed_curvature_lookahead and p.interpolate_curvature_after_goal and len(self.poses) == 1:
+            return "single"
         if not local:
             return "empty"
-        if p.use_fixed_curvature_lookahead and p.interpolate_curvature_after_goal and len(local) == 1:
-            return "single"
         self.carrot = cx, cy = self.find_carrot(local, self.lookahead(abs(velocity[0])))
         reach, sign = math.hypot(cx, cy), -1 if self.reverses and cx < 0 else 1
         if p.use_fixed_curvature_lookahead:
@@ -135,7 +135,7 @@ class PlainRpp:
                     lookahead = min(lookahead, math.hypot(bx, by))
                     break
         far = [i for i, (px, py, _) in enumerate(local) if math.hypot(px, py) >= lookahead]
-        if not far and beyond:
+        if not far and beyond and len(local) > 1:
             # Where the line through the last segment meets the circle: ahead, if it leads away from the robot.
             (ax, ay, _), (bx, by, _) = local[-2:]
             heading = math.atan2(by - ay, bx - ax)

@@ -91,7 +91,7 @@ def fastest_on_line(window_v, window_w, curvature, sign):
         return forward, 0.0 if window_w[0] <= 0 <= window_w[1] else min(window_w, key=abs)
     on_line = sorted(w / curvature for w in window_w)
     low, high = max(window_v[0], on_line[0]), min(window_v[1], on_line[1])
-    if low <= high:
+    if low <= high and window_w[0] <= window_w[1]:
         v = high if sign > 0 else low
         return v, curvature * v
     best, least = None, math.inf

@@ -16,6 +16,7 @@ from controllers.graceful.kernels.following import COLLISION
 from controllers.graceful.lyrical import LyricalGracefulFollower
 from controllers.graceful.params import GracefulParams
 from gym_mapbench.costmap import Costmap
+from gym_mapbench.world.footprint import Footprint
 from gym_mapbench.world.scenario import Pose
 from tests.controllers.plain_follower import local_plan
 from tests.controllers.plain_graceful_lyrical import PlainLyricalGraceful
@@ -197,6 +198,10 @@ def test_the_top_speed_falls_until_the_outline_fits():
     wall = blocked_at(1.10)
     assert command_of(follower(straight(), BOX, slowdown_radius=0.1, **scaling)).v == pytest.approx(0.5)
     assert command_of(follower(straight(), BOX, slowdown_radius=0.1, **scaling), costmap=wall).v == pytest.approx(0.3)
+    # As in Nav2 an outline of three corners does not grow: its front stays at 1.045 m.
+    triangle = Footprint.from_corners(BOX.corners[:3])
+    grows = follower(straight(), triangle, slowdown_radius=0.1, **scaling)
+    assert command_of(grows, costmap=wall).v == pytest.approx(0.5)
 
 
 def test_the_turn_at_the_goal_is_made_when_the_goal_checker_says_so_and_the_outline_is_free():

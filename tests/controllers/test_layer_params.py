@@ -17,22 +17,40 @@ from gym_mapbench.costmap import LAYERS, DenoiseLayer, ObservationSource, VoxelL
 from gym_mapbench.errors import ConfigError
 from gym_mapbench.ros_params import since
 
+UNSEEN = ObservationSource(marking=False, clearing=False)
+"""The lidar of a layer without one."""
 
-def local_costmap_of(layer):
+
+def local_costmap_of(layer, release="humble"):
     """What is read of a file whose local costmap has one voxel layer."""
     costmap = {"plugins": ["voxel_layer"], "voxel_layer": {"plugin": "nav2_costmap_2d::VoxelLayer", **layer}}
     return parse_nav2_params(
-        {"local_costmap": {"local_costmap": {"ros__parameters": costmap}}}
+        {"local_costmap": {"local_costmap": {"ros__parameters": costmap}}}, release=release
     ).navigation.local_costmap
 
 
 def test_voxels_and_heights_are_read_where_nav2_has_them():
     scan = {"clearing": True, "max_obstacle_height": 2.0, "min_obstacle_height": 0.1}
-    layer = {"z_voxels": 12, "z_resolution": 0.1, "origin_z": 0.05, "mark_threshold": 1, "max_obstacle_height": 1.5}
+    layer = {"z_voxels": 12, "z_resolution": 0.1, "origin_z": -0.05, "mark_threshold": 1, "max_obstacle_height": 1.5}
     read = local_costmap_of({**layer, "unknown_threshold": 9, "observation_sources": "scan", "scan": scan})
     # The robots' lidar lies in the plane of their base, so nothing it sees may be too low.
     expected = ObservationSource(clearing=True, max_obstacle_height=2.0, min_obstacle_height=0.0)
     assert read.voxel_layer == VoxelLayer(**layer, unknown_threshold=9, scan=expected)
+
+
+def test_numbers_that_are_too_high_for_the_voxel_layer_are_lowered():
+    # From its height of 0 the lidar would mark voxels that begin above it, but never clear them.
+    high = {"z_voxels": 20, "mark_threshold": 17, "unknown_threshold": 99, "origin_z": 0.1}
+    assert local_costmap_of(high).voxel_layer == VoxelLayer(
+        z_voxels=16, mark_threshold=16, unknown_threshold=16, origin_z=0.0, scan=UNSEEN
+    )
+
+
+def test_a_combination_method_that_there_is_not_is_1_since_jazzy():
+    assert local_costmap_of({"combination_method": 99}, "jazzy").voxel_layer.combination_method == 1
+    assert local_costmap_of({"combination_method": 2}, "jazzy").voxel_layer.combination_method == 2
+    with pytest.raises(ConfigError, match="combination_method"):
+        local_costmap_of({"combination_method": 99})  # of which Humble would write nothing
 
 
 def test_nav2s_own_defaults_hold_where_a_file_is_silent():

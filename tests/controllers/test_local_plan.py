@@ -55,7 +55,7 @@ def test_a_segment_remains_and_passed_poses_are_forgotten():
 
 def test_a_plan_of_one_pose_can_be_refused():
     assert len(handler(straight(0.0)).local_plan(Pose(0.0, 0.0), free_map()).path) == 1
-    with pytest.raises(InvalidPath, match="one pose"):
+    with pytest.raises(InvalidPath, match="length of one"):
         handler(straight(0.0), reject_unit_path=True).local_plan(Pose(0.0, 0.0), free_map())
     with pytest.raises(InvalidPath, match="zero length"):
         handler(np.empty((0, 3))).local_plan(Pose(0.0, 0.0), free_map())
@@ -81,7 +81,7 @@ def test_a_stretch_of_one_pose_can_be_refused_as_well():
     path = np.vstack([[0.0, 0.0, -1.57], straight(1.0)])
     made = handler(path, enforce_path_rotation=True)
     assert len(made.local_plan(Pose(0.0, 0.3), free_map()).path) == 1
-    with pytest.raises(InvalidPath, match="one pose"):
+    with pytest.raises(InvalidPath, match="length of one"):
         handler(path, enforce_path_rotation=True, reject_unit_path=True).local_plan(Pose(0.0, 0.3), free_map())
 
 

@@ -661,10 +661,12 @@ def test_layers_that_are_off_do_not_see():
 
 
 def test_without_any_lidar_a_point_cloud_stands_for_it():
-    read = parse_nav2_params(with_layers(["eyes"], eyes={"plugin": VOXEL, **CAMERA}))
+    camera = {**CAMERA, "cloud": {**CAMERA["cloud"], "inf_is_valid": True}}
+    read = parse_nav2_params(with_layers(["eyes"], eyes={"plugin": VOXEL, **camera}))
     layer = read.navigation.local_costmap.voxel_layer
-    assert (layer.scan.marking, layer.scan.obstacle_max_range) == (True, 4.0)
+    assert (layer.scan.marking, layer.scan.obstacle_max_range, layer.scan.inf_is_valid) == (True, 4.0, False)
     assert read.named("replaced") == ("local_costmap.local_costmap.eyes.cloud",)
+    assert "local_costmap.local_costmap.eyes.cloud.inf_is_valid" in read.named("left_out")
 
 
 def test_the_spatio_temporal_voxel_layer_is_approximated():

@@ -1,7 +1,8 @@
-"""The Rotation Shim: worked examples, a plain twin of its turn, and what it leaves to the other controller."""
+"""The Rotation Shim: worked examples, what it leaves to the other controller, and a plain twin."""
 
 from __future__ import annotations
 
+import dataclasses
 import math
 
 import numpy as np
@@ -9,16 +10,18 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from controllers.base import ControllerError, Twist
+from controllers.base import ControllerError, LocalPlan, Twist
 from controllers.nav2_params.plugins import CONTROLLERS, PRIMARIES, SHIMS
 from controllers.registry import FOLLOWERS
 from controllers.rotation_shim.controller import RotationShimFollower
+from controllers.rotation_shim.lyrical import make_shim
 from controllers.rotation_shim.params import RotationShimParams
 from gym_mapbench.errors import ConfigError
 from gym_mapbench.world.footprint import Footprint
-from gym_mapbench.world.scenario import Pose, wrap_angle
-from tests.controllers.plain_rpp import outline_cost
-from tests.controllers.test_rpp import DISC, ORIGIN, angles, costmaps, free_map, make_setup, shifted, straight
+from gym_mapbench.world.scenario import Pose
+from tests.controllers.plain_rotation_shim import PlainRotationShim
+from tests.controllers.test_rpp import DISC, ORIGIN, costmaps, flags, free_map, make_setup, shifted, straight
+from tests.controllers.test_rpp_lyrical import Says
 
 BAR = Footprint.from_corners(np.array([[0.6, 0.1], [-0.2, 0.1], [-0.2, -0.1], [0.6, -0.1]]))
 RELEASES = ("humble", "jazzy")
@@ -213,45 +216,6 @@ def test_parameters_that_humble_lacks():
 # --- For any input ---------------------------------------------------------------------------------------------------
 
 
-def plain_turn(params, footprint, angle, pose, w, costmap):
-    """The turn spelled out; None where it is not made."""
-    sign = 1 if angle > 0 else -1
-    rate = min(max(sign * params.rotate_to_heading_angular_vel, w - 0.16), w + 0.16)
-    limit = math.sqrt(2 * 3.2 * abs(angle))
-    if params.release == "jazzy" and abs(rate) > limit:
-        rate = sign * limit
-    threshold = 254 if params.release == "humble" else params.max_cost_threshold
-    time = 0.0
-    while time < params.simulate_ahead_time:
-        time += 0.05
-        if wrap_angle(-rate * time) >= abs(angle) - params.angular_dist_threshold:
-            break
-        if outline_cost(costmap, (pose.x, pose.y, pose.yaw + rate * time), footprint.corners) >= threshold:
-            return None
-    return rate
-
-
-@settings(max_examples=300, deadline=None)
-@given(
-    costmaps(),
-    angles,
-    st.floats(0.1, 3.1),
-    st.booleans(),
-    st.floats(-1.8, 1.8),
-    st.sampled_from([DISC, BAR]),
-    st.sampled_from(RELEASES),
-    st.sampled_from([200.0, 254.0]),
-)
-def test_a_turn_is_what_its_plain_twin_says(costmap, yaw, bearing, to_the_left, w, footprint, release, threshold):
-    angle = bearing if to_the_left else -bearing
-    extra = {"max_cost_threshold": threshold} if release == "jazzy" else {}
-    x, y = math.cos(yaw + angle), math.sin(yaw + angle)
-    made = shim([(0, 0, 0), (x, y, 0)], footprint, release=release, angular_dist_threshold=0.05, **extra)
-    expected = plain_turn(made.params, footprint, angle, Pose(0.0, 0.0, yaw), w, costmap)
-    command = made.compute_velocity_commands(Pose(0.0, 0.0, yaw), Twist(0.0, w), costmap, 0.0)
-    assert command == (FOLLOWED if expected is None else pytest.approx((0.0, expected), abs=1e-9))
-
-
 def test_nothing_is_left_of_another_run():
     made = shim(straight(), release="jazzy", rotate_to_heading_once=True, closed_loop=False)
     command_of(made, yaw=2.0)
@@ -260,3 +224,47 @@ def test_nothing_is_left_of_another_run():
     made.set_plan(straight())
     assert command_of(made, yaw=2.0) == pytest.approx((0.0, -0.16))
     assert command_of(made, yaw=2.0).w == pytest.approx(-0.32)
+
+
+far = {
+    "angular_dist_threshold": st.sampled_from([0.0, 0.3, 2.0]),
+    "angular_disengage_threshold": st.sampled_from([0.0, 0.4, 3.0]),
+    "forward_sampling_distance": st.sampled_from([0.0, 0.5, 9.0]),
+    "max_angular_accel": st.sampled_from([0.1, 3.2, 100.0]),
+    "simulate_ahead_time": st.sampled_from([0.0, 0.1, 1.0]),
+    "rotate_to_goal_heading": flags,
+    "closed_loop": flags,
+}
+since_jazzy = {
+    "max_cost_threshold": st.sampled_from([0.0, 200.0, 255.0]),
+    "rotate_to_heading_once": flags,
+    "use_path_orientations": flags,
+}
+humbles = st.fixed_dictionaries({**far, "release": st.just("humble")})
+newer = st.fixed_dictionaries({**far, **since_jazzy, "release": st.sampled_from(["jazzy", "lyrical"])})
+
+
+@settings(max_examples=150, deadline=None)
+@given(st.one_of(humbles, newer), costmaps(), st.sampled_from([DISC, BAR]), st.integers(0, 2**32 - 1))
+def test_calls_and_plans_in_any_order_are_those_of_the_plain_twin(params, costmap, footprint, seed):
+    rng, says = np.random.default_rng(seed), Says(False)
+    setup = dataclasses.replace(make_setup(footprint), goal_checker=says)
+    made = make_shim(Primary, RotationShimParams(**params))
+    made.reset(setup)
+    twin, local, plan = PlainRotationShim(made.params, setup), None, rng.uniform(-0.6, 0.6, (5, 3))
+    for _ in range(8):
+        if twin.goal is None or rng.random() < 0.3:
+            plan = plan[1:] if len(plan) > 2 else rng.uniform(-0.6, 0.6, (5, 3))  # replanned, or another goal
+            made.set_plan(plan)
+            twin.set_plan(plan.tolist())
+        if rng.random() < 0.1:
+            made.end_action()
+            twin.end_action()
+        if params["release"] == "lyrical":
+            says.arrived, local = bool(rng.random() < 0.3), plan[rng.integers(len(plan)) :]
+            made.take_local_plan(LocalPlan(local, 1.0, Pose(*plan[-1].tolist())))
+        pose, w = Pose(*rng.uniform(-0.3, 0.3, 2).tolist(), float(rng.uniform(-3.1, 3.1))), float(rng.uniform(-2, 2))
+        expected = twin(pose, w, costmap, says.arrived, None if local is None else local.tolist())
+        command = made.compute_velocity_commands(pose, Twist(0.1, w), costmap, 0.0)
+        twin.last = command.w
+        assert command == (FOLLOWED if expected is None else pytest.approx((0.0, expected), abs=1e-9))

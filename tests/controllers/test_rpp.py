@@ -223,7 +223,7 @@ def test_errors_are_worded_as_in_nav2():
     with pytest.raises(ControllerError, match="0 poses"):
         follower([(50, 0), (51, 0)]).compute_velocity_commands(ORIGIN, REST, free_map(), 0.0)
     away = Pose(20.0, 0.0, 0.0)
-    with pytest.raises(ControllerError, match="too small"):
+    with pytest.raises(ControllerError, match="Dimensions of the costmap are too small"):
         follower(shifted(straight(), 20.0)).compute_velocity_commands(away, REST, free_map(), 0.0)
 
 
@@ -347,7 +347,7 @@ every_release = {
     "lookahead_dist": st.sampled_from([0.3, 0.6]),
     "use_velocity_scaled_lookahead_dist": flags,
     "use_rotate_to_heading": flags,
-    "approach_velocity_scaling_dist": st.sampled_from([0.4, 1.0]),
+    "approach_velocity_scaling_dist": st.sampled_from([0.0, 0.4, 1.0]),
     "use_collision_detection": flags,
     "use_regulated_linear_velocity_scaling": flags,
     "use_cost_regulated_linear_velocity_scaling": flags,

@@ -121,7 +121,7 @@ def test_a_path_of_one_pose_is_refused_only_with_a_second_carrot_beyond_its_end(
     made = follower([(0.5, 0.0, 0.0)], interpolate_curvature_after_goal=True)
     assert made.compute_velocity_commands(ORIGIN, REST, free_map(), 0.0).v > 0.0
     second = {"interpolate_curvature_after_goal": True, "use_fixed_curvature_lookahead": True}
-    with pytest.raises(InvalidPath, match="only one pose"):
+    with pytest.raises(InvalidPath, match="length of one"):
         follower([(0.5, 0.0, 0.0)], **second).compute_velocity_commands(ORIGIN, REST, free_map(), 0.0)
 
 
@@ -141,6 +141,9 @@ options = st.fixed_dictionaries(
         "use_dynamic_window": flags,
         "min_distance_to_obstacle": st.sampled_from([-1.0, 0.5, 1.5]),
         "allow_obstacle_checking_beyond_goal": flags,
+        "min_linear_vel": st.sampled_from([-0.5, 0.1]),
+        "max_angular_vel": st.sampled_from([0.0, 2.5]),
+        "min_angular_vel": st.sampled_from([-2.5, 0.1]),
         "max_linear_decel": st.sampled_from([-2.5, -0.5]),
         "max_angular_decel": st.sampled_from([-3.2, -1.0]),
     }

@@ -120,12 +120,18 @@ class PlainVoxels:
         if start is None:
             return
         top = [self.origin[axis] + size[axis] for axis in (0, 1)]
+        highest = self.origin[2] + (self.levels - 0.5) * self.z_resolution
         for point in points.astype(float):
             delta = np.array([*point, z]) - sensor
             distance = math.sqrt(delta[0] * delta[0] + delta[1] * delta[1] + delta[2] * delta[2])
             short = max(min(1.0, (distance - 2 * self.resolution) / distance), 0.0) if distance else 0.0
             end = short * delta + sensor
             delta, share, cut = end - sensor, 1.0, False
+            with np.errstate(divide="ignore"):
+                if end[2] > highest:
+                    share, cut = max(0.0, min(share, (highest - 0.01 - sensor[2]) / delta[2])), True
+                elif end[2] < self.origin[2]:
+                    share, cut = min(share, (self.origin[2] - sensor[2]) / delta[2]), True
             for axis in (0, 1):
                 for border, outside in (
                     (self.origin[axis], end[axis] < self.origin[axis]),

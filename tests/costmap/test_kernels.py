@@ -49,15 +49,15 @@ def empty_box():
 
 @st.composite
 def seen(draw):
-    """A grid, a sensor on it or just off it, points around, and two ranges."""
+    """A grid and its resolution, a sensor on it or just off it, points around, and two ranges."""
     shape, seed = draw(SHAPES), draw(st.integers(0, 2**31))
-    rng = np.random.default_rng(seed)
-    origin = tuple(RESOLUTION * rng.integers(-20, 20, 2) + rng.choice([0.0, 0.0217]))
-    size = RESOLUTION * np.array(shape[::-1])
+    rng, resolution = np.random.default_rng(seed), draw(st.sampled_from([0.05, 0.07, 0.3]))
+    origin = tuple(resolution * rng.integers(-20, 20, 2) + rng.choice([0.0, 0.0217]))
+    size = resolution * np.array(shape[::-1])
     sensor = tuple((origin + size * rng.uniform(-0.1, 1.1, 2)).tolist())
     points = (origin + size * rng.uniform(-0.6, 1.6, (draw(st.integers(0, 30)), 2))).astype(np.float32)
     ranges = draw(st.sampled_from([0.0, 0.12, 0.3])), draw(st.sampled_from([0.2, 0.5, 3.0]))
-    return shape, origin, sensor, points, ranges
+    return shape, (resolution, *origin), sensor, points, ranges
 
 
 @given(CELLS, CELLS, CELLS, CELLS)
@@ -74,10 +74,10 @@ def test_line_of_the_worked_example():
 @given(seen())
 @settings(max_examples=200, deadline=None)
 def test_rays_of_the_obstacle_layer_equal_their_plain_twin(scene):
-    shape, origin, sensor, points, ranges = scene
+    shape, grid, sensor, points, ranges = scene
     (ours, box), (plain, plain_box) = ((np.full(shape, 255, np.uint8), empty_box()) for _ in range(2))
-    clear_rays(ours, RESOLUTION, *origin, *sensor, points, *ranges, box)
-    plain_clear_rays(plain, RESOLUTION, origin, sensor, points, ranges, plain_box)
+    clear_rays(ours, *grid, *sensor, points, *ranges, box)
+    plain_clear_rays(plain, grid[0], grid[1:], sensor, points, ranges, plain_box)
     assert np.array_equal(ours, plain)
     assert np.allclose(box, plain_box, rtol=1e-12, atol=0)  # their square roots differ in the last bit
 
@@ -85,10 +85,10 @@ def test_rays_of_the_obstacle_layer_equal_their_plain_twin(scene):
 @given(seen(), st.booleans())
 @settings(max_examples=200, deadline=None)
 def test_hits_of_the_obstacle_layer_equal_their_plain_twin(scene, in_meters):
-    shape, origin, sensor, points, ranges = scene
+    shape, grid, sensor, points, ranges = scene
     (ours, box), (plain, plain_box) = ((np.zeros(shape, np.uint8), empty_box()) for _ in range(2))
-    mark_hits(ours, RESOLUTION, *origin, *sensor, points, *ranges, in_meters, box)
-    plain_mark_hits(plain, RESOLUTION, origin, sensor, points, ranges, in_meters, plain_box)
+    mark_hits(ours, *grid, *sensor, points, *ranges, in_meters, box)
+    plain_mark_hits(plain, grid[0], grid[1:], sensor, points, ranges, in_meters, plain_box)
     assert np.array_equal(ours, plain)
     assert np.allclose(box, plain_box, rtol=1e-12, atol=0)  # their square roots differ in the last bit
 
@@ -96,24 +96,27 @@ def test_hits_of_the_obstacle_layer_equal_their_plain_twin(scene, in_meters):
 @given(
     seen(),
     st.tuples(st.integers(0, 1), st.sampled_from([0, 14, 15])),
-    st.lists(st.tuples(st.floats(-0.1, 0.9), st.booleans()), min_size=1, max_size=3),
+    st.lists(st.tuples(st.floats(-0.2, 0.9), st.booleans()), min_size=1, max_size=3),
+    st.sampled_from([(0.05, 0.0, 16), (0.2, -0.15, 3), (0.1, -0.1, 1), (0.07, 0.1, 9)]),
     st.sampled_from([0.0, 0.5]),
     st.booleans(),
 )
 @settings(max_examples=300, deadline=None)
-def test_voxels_equal_their_plain_twin(scene, thresholds, scans, short, pull_in):
-    shape, origin, sensor, points, ranges = scene
+def test_voxels_equal_their_plain_twin(scene, thresholds, scans, column, short, pull_in):
+    (shape, grid, sensor, points, ranges), (z_resolution, origin_z, levels) = scene, column
     layer, columns, box = np.zeros(shape, np.uint8), np.full(shape, UNKNOWN_COLUMN, np.int64), empty_box()
-    grid = RESOLUTION, *origin, 0.05, 0.0
-    size = (shape[1] - short) * RESOLUTION, (shape[0] - short) * RESOLUTION
-    plain, plain_box = PlainVoxels(np.zeros(shape, np.uint8), 16, *grid[::3], (*origin, 0.0), thresholds), empty_box()
+    size = (shape[1] - short) * grid[0], (shape[0] - short) * grid[0]
+    place = grid[0], z_resolution, (*grid[1:], origin_z)
+    plain, plain_box = PlainVoxels(np.zeros(shape, np.uint8), levels, *place, thresholds), empty_box()
     for height, marks in scans:
         at, z = (*sensor, height), float(np.float32(height))
-        level = int(max(z, 0.0) / 0.05)
-        if marks and level < 16:
-            mark_voxels(layer, columns, *grid[:3], at, points, z, level, thresholds[0], *ranges, box)
+        level = int((max(z, origin_z) - origin_z) / z_resolution)
+        if marks and level < levels:
+            mark_voxels(layer, columns, *grid, at, points, z, level, thresholds[0], *ranges, box)
             plain.mark(at, points, z, level, ranges, plain_box)
-        clear_voxels(layer, columns, *grid[:3], size, *grid[3:], 16, at, points, z, *thresholds, *ranges, pull_in, box)
+        clear_voxels(
+            layer, columns, *grid, size, *column[:2], levels, at, points, z, *thresholds, *ranges, pull_in, box
+        )
         plain.clear(at, points, z, ranges, size, pull_in, plain_box)
         assert np.array_equal(layer, plain.layer)
         assert np.array_equal(columns, plain.columns)

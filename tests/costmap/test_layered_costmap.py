@@ -87,6 +87,13 @@ def test_rolling_static_layer_shows_the_map_and_nothing_beyond():
     assert not window.costs[:, col + 1 :].any()
 
 
+def test_a_rolling_static_layer_follows_its_frame():
+    params, moved = CostmapParams.example_local(plugins=("static_layer",)), Pose(0.5, 0.0, 0.3)
+    window, fresh = (LayeredCostmap(params, ROOM, DISC) for _ in range(2))
+    window.update(Pose(1.0, 1.0))
+    assert np.array_equal(window.update(Pose(1.0, 1.0), moved).costs, fresh.update(Pose(1.0, 1.0), moved).costs)
+
+
 def test_rolling_window_far_from_the_map_is_free():
     params = CostmapParams.example_local(plugins=("static_layer", "inflation_layer"))
     assert not LayeredCostmap(params, ROOM, DISC).update(Pose(50.0, 50.0)).costs.any()
@@ -254,6 +261,17 @@ def test_without_obstacle_layers_the_whole_map_is_built_once():
     first = costmap.update(Pose(1, 1))
     assert np.array_equal(first.costs, build_static_costmap(ROOM, params, DISC).costs)
     assert costmap.update(Pose(2, 2)) is first
+
+
+@pytest.mark.parametrize(("release", "cost"), [("humble", NO_INFORMATION), ("jazzy", LETHAL_OBSTACLE)])
+def test_a_clear_forgets_a_costmap_that_never_changes_as_well(release, cost):
+    # Humble does not inflate again what no layer reports.
+    unknown = {"track_unknown_space": True, "inflation_layer": InflationLayer(inflate_around_unknown=True)}
+    params = CostmapParams(width=1, height=1, plugins=("inflation_layer",), release=release, **unknown)
+    costmap = LayeredCostmap(params, ROOM, DISC)
+    assert (costmap.update(Pose(0, 0)).costs == LETHAL_OBSTACLE).all()
+    costmap.clear()
+    assert (costmap.update(Pose(0, 0)).costs == cost).all()
 
 
 def test_a_costmap_neither_rolling_nor_on_the_map_stays_where_it_is_put():

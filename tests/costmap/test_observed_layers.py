@@ -108,6 +108,21 @@ class TestPhantom:
         assert (seen.costs[row, col : free[-1] + 1] == FREE_SPACE).all()
 
 
+def test_voxels_move_with_the_window():
+    # Marked at 0.08 m; the window rolls by two cells, and a ray at 0.02 m leaves the mark above it.
+    costmap = window("voxel_layer", z_voxels=16, z_resolution=0.05)
+    assert marked(see(costmap, Pose(1.025, 1.025), 0.976, height=0.08)) == [2.0]
+    assert marked(see(costmap, Pose(1.125, 1.025), 1.3, height=0.02)) == [2.0, 2.4]
+
+
+@pytest.mark.parametrize(("threshold", "frees"), [(0, False), (1, True)])
+def test_voxels_that_a_short_column_lacks_are_not_counted_against_it(threshold, frees):
+    # The ray clears the lower of two voxels: the upper one remains unknown.
+    column = {"z_voxels": 2, "z_resolution": 0.2, "unknown_threshold": threshold, "footprint_clearing_enabled": False}
+    costmap = window("voxel_layer", source=BEAM.replace(marking=False), track_unknown_space=True, **column)
+    assert (see(costmap, Pose(1.025, 1.025), 0.976).costs == FREE_SPACE).any() == frees
+
+
 class TestRanges:
     """Worked example B: the sensor at (3.525, 3.525), one beam along +x."""
 

@@ -59,6 +59,13 @@ def test_footprint_radii_of_the_worked_example():
     assert box.circumscribed_radius == pytest.approx(0.444072, abs=1e-6)
 
 
+def test_a_corner_that_stands_twice_changes_no_radius():
+    corners = [(-0.15, -0.25), (0.35, -0.25), (0.35, 0.25), (-0.15, 0.25)]
+    once, closed = Footprint.from_corners(corners), Footprint.from_corners([*corners, corners[0]])
+    assert closed.inscribed_radius == once.inscribed_radius
+    assert closed.circumscribed_radius == once.circumscribed_radius
+
+
 def test_costs_along_an_axis():
     costs = inflation_costs(InflationLayer(cost_scaling_factor=3.0), 11, 0.05, DISC.inscribed_radius)
     assert costs[np.arange(12) ** 2].tolist() == [254, 253, 253, 253, 253, 234, 201, 173, 149, 128, 110, 95]

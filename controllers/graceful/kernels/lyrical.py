@@ -44,10 +44,10 @@ def lookahead_target(local, lengths, max_lookahead):
 
 @kernel
 def enlarged(scene, v, fastest, tuning):
-    """The scene with the outline that a command of speed ``v`` (m/s) asks for; a disc stays as it is."""
+    """The scene with the outline that a command of speed ``v`` (m/s) asks for; a disc or a triangle stays."""
     slowest = tuning.footprint_scaling_linear_vel
     costs, resolution, origin_x, origin_y, track_unknown, corners, use_radius, robot = scene
-    if not use_radius and v > slowest and fastest > slowest:  # rounding may leave v above fastest
+    if not use_radius and len(corners) > 3 and v > slowest and fastest > slowest:  # rounding may leave v above fastest
         corners = corners * (1.0 + tuning.footprint_scaling_factor * (v - slowest) / (fastest - slowest))
     return costs, resolution, origin_x, origin_y, track_unknown, corners, use_radius, robot
 
