@@ -189,9 +189,11 @@ def test_without_obstacle_layers_nothing_is_computed_again():
     seen = server(plugins=("static_layer", "inflation_layer"))
     observe(seen, POSE, None, 0.0)
     first = seen.costmap
-    seen.clear()
     observe(seen, POSE, None, 1.0)
     assert seen.costmap is first
+    seen.clear()
+    observe(seen, POSE, None, 2.0)
+    assert (seen.costmap.costs == first.costs).all()
 
 
 class DistrustfulPlanner:
