@@ -708,6 +708,13 @@ def test_filters_and_other_layers_are_left_out():
     assert {name.rpartition(".")[2] for name in read.named("left_out")} == {"keepout", "sonar"}
 
 
+@pytest.mark.parametrize("key", ["plugins", "filters"])
+@pytest.mark.parametrize("value", [3, "static_layer", {"static_layer": {}}, [3]])
+def test_lists_of_layers_hold_names(key, value):
+    with pytest.raises(ConfigError, match=rf"local_costmap\.{key}: expected a list of names, got "):
+        parse_nav2_params({"local_costmap": {"local_costmap": node(**{key: value})}})
+
+
 def test_what_is_left_out_of_the_layers_has_its_own_reason():
     keepout = {"plugin": "nav2_costmap_2d::KeepoutFilter", "filter_info_topic": "zones"}
     static = {"plugin": "nav2_costmap_2d::StaticLayer"}
