@@ -136,9 +136,7 @@ def _read_controller(group: Section, has_default: bool, handler: Mapping[str, An
 
 def _read_progress_checker(server: Section, ids: TreeIds) -> ProgressChecker:
     """Read the progress checker that the tree names, or else the only one; Humble has one, Lyrical may have none."""
-    if server.findings.release == "humble" and HUMBLES_CHECKER in server.values:
-        server.values[CHECKER_LIST] = [server.take_name(HUMBLES_CHECKER, "")]
-        server.findings.add("other_release", f"{server.name}.{CHECKER_LIST}", f"{HUMBLES_CHECKER} counts")
+    _take_the_releases_list(server)
     least = 0 if server.findings.release == "lyrical" else 1
     name, is_default = ids.choose(PROGRESS_CHECKER, server, CHECKER_LIST, ("progress_checker",), least)
     if not name:
@@ -147,6 +145,17 @@ def _read_progress_checker(server: Section, ids: TreeIds) -> ProgressChecker:
     default = PROGRESS_CHECKERS["simple"][group.findings.release] if is_default else None
     kind = take_class(group, default, PROGRESS_CHECKERS, "progress checker")
     return group.build(ProgressChecker, PROGRESS_CHECKER_KEYS, plugin=kind)
+
+
+def _take_the_releases_list(server: Section) -> None:
+    """Keep the key of the progress checkers that the release has, as a list; it does not read the other one."""
+    humble = server.findings.release == "humble"
+    counts, other = (HUMBLES_CHECKER, CHECKER_LIST) if humble else (CHECKER_LIST, HUMBLES_CHECKER)
+    if other in server.values:
+        del server.values[other]
+        server.findings.add("other_release", f"{server.name}.{other}", f"{counts} counts")
+    if humble:
+        server.values[CHECKER_LIST] = [server.take_name(HUMBLES_CHECKER, "progress_checker")]
 
 
 def _read_goal_checker(server: Section, ids: TreeIds) -> GoalChecker:

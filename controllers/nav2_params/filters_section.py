@@ -73,7 +73,8 @@ def read_filters(costmap: Section, servers: FilterServers, server: Section | Non
 def _among_layers(costmap: Section) -> tuple[str, ...]:
     """Return the names in ``plugins`` whose class is one of Nav2's filters."""
     listed = costmap.values.get("plugins")
-    groups = {name: costmap.values.get(name) for name in listed if isinstance(name, str)} if listed else {}
+    names = [name for name in listed if isinstance(name, str)] if isinstance(listed, list | tuple) else []
+    groups = {name: costmap.values.get(name) for name in names}
     given = {name: group.get("plugin") for name, group in groups.items() if isinstance(group, Mapping)}
     return tuple(name for name, ros_class in given.items() if known_class(ros_class, CLASSES | BINARY))
 

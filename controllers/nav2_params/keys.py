@@ -53,7 +53,6 @@ CONTROLLER_SERVER = Keys(
         "controller_plugin_ids": "Eloquent's name of controller_plugins",
         "controller_plugin_types": "each plugin's own 'plugin' counts since Foxy",
         "goal_checker_plugin": "goal_checker_plugins is given as well, and counts",
-        "progress_checker_plugin": "progress_checker_plugins is given as well, and counts",
     },
 )
 PLANNER_SERVER = Keys(

@@ -7,6 +7,7 @@ presets ``thesis`` (Humble), ``jazzy`` and ``lyrical``.
 from __future__ import annotations
 
 from collections.abc import Mapping
+from contextlib import suppress
 from typing import Annotated, Any, ClassVar, Literal, Self
 
 from pydantic import BeforeValidator, Field, ValidationInfo, field_validator, model_validator
@@ -186,8 +187,10 @@ def _planner_of(planner: object, release: Release) -> dict[str, Any]:
     if not isinstance(planner, Mapping) or not isinstance(params := planner.get("params", {}), Mapping):
         return {}
     name = planner.get("name", PlannerPlugin.model_fields["name"].default)
-    has_release = name in PLANNERS.built_in and RELEASE in PLANNERS.get(name).params.model_fields
-    return {"planner": {**planner, "params": {RELEASE: release, **params}}} if has_release else {}
+    with suppress(ConfigError):  # a name that is none is refused with the other values
+        if isinstance(name, str) and RELEASE in PLANNERS.get(name).params.model_fields:
+            return {"planner": {**planner, "params": {RELEASE: release, **params}}}
+    return {}
 
 
 class NavigationParams(ExtendedSettings):
@@ -243,7 +246,8 @@ class NavigationParams(ExtendedSettings):
         releases |= {name: costmap.release for name, costmap in self.costmaps.items()}
         for name, release in releases.items():
             if release != self.release:
-                raise ConfigError(f"{name}: expected parameters of Nav2's {self.release}, got {release}'s")
+                got = f"got {release}'s, as the option release says"
+                raise ConfigError(f"{name}: expected parameters of Nav2's {self.release}, {got}")
         plugin = self.controller_server.goal_checker.plugin
         if self.release not in GOAL_CHECKERS[plugin]:
             known = " or ".join(name for name, names in GOAL_CHECKERS.items() if self.release in names)

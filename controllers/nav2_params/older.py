@@ -39,7 +39,6 @@ LISTS: dict[str, tuple[PluginLists, ...]] = {
     "controller_server": (
         PluginLists("controller_plugins", ("controller_plugin_ids",), "controller_plugin_types", ("FollowPath",)),
         PluginLists("goal_checker_plugins", ("goal_checker_plugin",)),
-        PluginLists("progress_checker_plugins", ("progress_checker_plugin",)),
     ),
     "planner_server": (
         PluginLists("planner_plugins", ("planner_plugin_ids",), "planner_plugin_types", ("GridBased",)),
@@ -98,8 +97,7 @@ def _modernise_list(values: dict[str, Any], lists: PluginLists, full: str, findi
         if name != renamed and name in values:
             values[renamed] = values.pop(name)
     _give_classes(values, names, values.pop(lists.types, None))
-    if old != "progress_checker_plugin":  # the name in Humble, so it is not outdated
-        findings.add("renamed", f"{full}.{old}", lists.now)
+    findings.add("renamed", f"{full}.{old}", lists.now)
 
 
 def todays_names(names: list[Any]) -> list[Any]:

@@ -67,8 +67,8 @@ class TreeIds:
         name = self.named(port, names, f"{server.name}.{key}") or (*names, "")[0]
         if len(names) > 1 and not self.names.get(port):
             raise ConfigError(
-                f"{server.name}.{key}: the tree names none of {', '.join(names)}, so Nav2 refuses every path; if yours "
-                f"names one, add {NAVIGATOR}.{port}: {name}"
+                f"{server.name}.{key}: Nav2's default tree names none of {', '.join(names)}, so Nav2 refuses every "
+                f"path; if your tree names one, add {NAVIGATOR}.{port}: {name}"
             )
         for other in names:
             if other != name:

@@ -347,9 +347,8 @@ def _navigation(args: argparse.Namespace, settings: DriveSettings) -> Navigation
     """Return Nav2's parameters; a robot given on the command line also replaces the shape in the costmaps."""
     navigation = settings.navigation
     if args.planner is not None:
-        has_release = "release" in PLANNERS.get(args.planner).params.model_fields
-        params = {"release": navigation.release} if has_release else {}
-        navigation = navigation.replace(planner=navigation.planner.replace(name=args.planner, params=params))
+        timeout = navigation.planner.costmap_update_timeout
+        navigation = navigation.replace(planner={"name": args.planner, "costmap_update_timeout": timeout})
     if args.robot is None and args.robot_radius is None:
         return navigation
     return take_shape_of_robot(navigation, args.robot_radius)

@@ -1,6 +1,7 @@
 """Smac 2D: the cheapest path over the eight neighbours, smoothed.
 
-Source: nav2_smac_planner/src/smac_planner_2d.cpp, a_star.cpp, smoother.cpp (Humble, Jazzy and Lyrical).
+Source: nav2_smac_planner/src/smac_planner_2d.cpp, a_star.cpp, smoother.cpp (Humble, Jazzy and Lyrical);
+include/nav2_smac_planner/goal_manager.hpp (Lyrical).
 """
 
 from __future__ import annotations
@@ -77,7 +78,8 @@ class Smac2DParams(Settings):
         smoother: Options of the smoother.
         release: Release of Nav2. Humble refuses a start on an obstacle; later releases refuse a start if all cells
             around it are blocked, and do not look at the cell of a plan from the goal's own cell. Lyrical refuses an
-            occupied goal if no cell near it is free, and its paths end at the goal's position.
+            occupied goal if no cell within the tolerance is free, or the tolerance is less than a cell, and its paths
+            end at the goal's position.
     """
 
     tolerance: NonNegative = 0.125
@@ -150,13 +152,17 @@ class Smac2DPlanner:
             raise no_path(start, goal, "all cells around the start are blocked", EndpointError)
 
     def _may_end_near(self, passable: NDArray[np.bool_], costmap: Costmap, goal: Pose) -> bool:
-        """Whether a search for an occupied goal begins: with any tolerance; in Lyrical, with a free cell within it."""
+        """Whether a search for an occupied goal begins.
+
+        In Jazzy it does with any tolerance, in Lyrical with one of a cell or more if the corner of a free cell lies
+        within (``isZoneValid``).
+        """
         tolerance = self.params.tolerance / costmap.resolution
         if self.params.release != "lyrical":
             return tolerance >= EXACT
         row, col = (goal.y - costmap.origin_y) / costmap.resolution, (goal.x - costmap.origin_x) / costmap.resolution
         rows, cols = np.nonzero(passable)
-        return bool((np.hypot(rows - row, cols - col) <= max(tolerance, 1.0)).any())
+        return tolerance >= 1.0 and bool((np.hypot(rows - row, cols - col) <= tolerance).any())
 
     def _step_cost(self) -> NDArray[np.float64]:
         """Cost ``(256,)`` of a straight step onto a cell of every cost value; inf where blocked."""

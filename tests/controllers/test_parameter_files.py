@@ -530,16 +530,20 @@ def test_of_several_checkers_that_of_the_tree_counts(release, kinds):
     assert read.named("unknown") == ()
 
 
-@pytest.mark.parametrize("release", ["humble", "jazzy", "lyrical"])
-@pytest.mark.parametrize("kind", LISTS)
-def test_a_tree_that_names_none_of_several_checkers_is_refused(kind, release):
+@pytest.mark.parametrize(
+    ("release", "kind"),
+    [
+        *((release, "goal_checker") for release in RELEASES),
+        *((release, "progress_checker") for release in RELEASES[1:]),
+        ("lyrical", "path_handler"),
+    ],
+)
+def test_a_tree_that_names_none_of_several_checkers_is_refused(release, kind):
     """As ``findGoalCheckerId``, which takes an empty name for one plugin alone."""
-    if kind == "path_handler" and release != "lyrical":
-        return
     key, (first, second) = LISTS[kind]
     for named in ({}, {f"{kind}_id": ""}):
         with pytest.raises(
-            ConfigError, match=rf"server\.{key}: the tree names none of {first}, {second}, .*{kind}_id: {first}$"
+            ConfigError, match=rf"server\.{key}: .*default tree names none of {first}, {second}, .*{kind}_id: {first}$"
         ):
             several([kind], named, release)
     with pytest.raises(
@@ -566,13 +570,20 @@ def test_the_tree_names_the_planner():
         parse_nav2_params({**document, "bt_navigator": node(planner_id="C")})
 
 
-def test_humbles_progress_checker_counts_in_humble_and_jazzys_in_jazzy():
-    both = {"progress_checker_plugin": "turning", "progress_checker_plugins": ["quick"]}
-    document = with_controller(GRACEFUL, **both, **CHECKERS)
-    for release, kind, ignored in (("humble", "pose", "plugins"), ("jazzy", "simple", "plugin")):
-        read = parse_nav2_params(document, release=release)
-        assert read.navigation.controller_server.progress_checker.plugin == kind
-        assert read.named("other_release") == (f"controller_server.progress_checker_{ignored}",)
+@pytest.mark.parametrize(
+    ("release", "counts", "other", "kind"),
+    [
+        ("humble", {"progress_checker_plugin": "turning"}, {"progress_checker_plugins": ["quick", "mine"]}, "pose"),
+        ("jazzy", {"progress_checker_plugins": ["turning"]}, {"progress_checker_plugin": "quick"}, "pose"),
+        ("humble", {}, {"progress_checker_plugins": ["turning"]}, "simple"),
+        ("lyrical", {}, {"progress_checker_plugin": "turning"}, "simple"),
+    ],
+)
+def test_the_progress_checker_is_that_of_the_releases_own_key(release, counts, other, kind):
+    """Nav2 does not read the other release's key; without its own it has the checker ``progress_checker``."""
+    read = parse_nav2_params(with_controller(GRACEFUL, **counts, **other, **CHECKERS), release=release)
+    assert read.navigation.controller_server.progress_checker.plugin == kind
+    assert read.named("other_release") == tuple(f"controller_server.{key}" for key in other)
 
 
 def missing(names, **navigator):
@@ -695,6 +706,13 @@ def test_filters_and_other_layers_are_left_out():
     read = parse_nav2_params(document)
     assert read.navigation.local_costmap.plugins == ("inflation_layer",)
     assert {name.rpartition(".")[2] for name in read.named("left_out")} == {"keepout", "sonar"}
+
+
+@pytest.mark.parametrize("key", ["plugins", "filters"])
+@pytest.mark.parametrize("value", [3, "static_layer", {"static_layer": {}}, [3]])
+def test_lists_of_layers_hold_names(key, value):
+    with pytest.raises(ConfigError, match=rf"local_costmap\.{key}: expected a list of names, got "):
+        parse_nav2_params({"local_costmap": {"local_costmap": node(**{key: value})}})
 
 
 def test_what_is_left_out_of_the_layers_has_its_own_reason():

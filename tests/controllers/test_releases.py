@@ -96,11 +96,11 @@ def test_changes_of_a_controller_are_read_by_its_release():
         make_controller("rpp", preset="fair", stateful=True)
 
 
-@pytest.mark.parametrize("name", ["navfn", "smac_2d", "theta_star"])
+@pytest.mark.parametrize("name", ["navfn", "smac_2d", "theta_star", "gym_mapbench.planners:SMAC_2D"])
 @pytest.mark.parametrize("release", RELEASES)
 def test_a_planner_given_by_name_is_of_the_release(name, release):
     """A file of an earlier version holds no release of a Smac 2D or Theta*."""
     assert NavigationParams(release=release, planner={"name": name}).planner.params["release"] == release
     other = "jazzy" if release == "humble" else "humble"
-    with pytest.raises(ConfigError, match=r"planner: expected parameters of Nav2's"):
+    with pytest.raises(ConfigError, match=rf"planner: expected .*, got {other}'s, as the option release says"):
         NavigationParams(release=release, planner={"name": name, "params": {"release": other}})
