@@ -10,7 +10,16 @@ from statistics import fmean, median
 import numpy as np
 
 from controllers.nav2_params.values import Value
-from evolution.benchmark import compare_rows, groups_of, maps_in_words, paired_rows, place_of, unit_of, units_in_words
+from evolution.benchmark import (
+    compare_rows,
+    few_maps_in_words,
+    groups_of,
+    maps_in_words,
+    paired_rows,
+    place_of,
+    unit_of,
+    units_in_words,
+)
 from evolution.files import Row, counted
 from evolution.statistics import FEWEST_FOR_INTERVAL, bootstrap_interval
 from evolution.tuning.plan import TuningPlan
@@ -69,7 +78,8 @@ def verdict_of(plan: TuningPlan, searched: Searched, winner: Finalist, test: Seq
     found = cost_difference(test).in_words(plan.settings.objectives[0])
     first = f"On {maps_in_words(map(place_of, test), 'test map')} that the search has not seen, {found}."
     changed = _changes(plan.own, winner.values, searched.importances[0])
-    return [first, _reached(test, OWN), _reached(test, TUNED), *_paired(test), *_met(winner), changed, search]
+    compared = [_reached(test, OWN), _reached(test, TUNED), *_paired(test), *few_maps_in_words(test)]
+    return [first, *compared, *_met(winner), changed, search]
 
 
 def _reached(test: Sequence[Row], name: str) -> str:

@@ -78,6 +78,15 @@ def test_repeats_on_a_map_count_once_in_the_intervals_of_effects():
         assert many[end] == pytest.approx(few[end], abs=0.02)
 
 
+def test_copies_of_a_run_count_once_where_runs_are_the_units():
+    """Without noise, ten repeats on each of three maps are three runs."""
+    rows = [{**row("none", name, "goal"), "repeat": repeat} for name in "abc" for repeat in range(10)]
+    (found,) = effect_rows(rows, ["none"], ["rpp"])
+    assert (found["n"], found["success"]) == (30, 1.0)
+    assert found["success_low"] == pytest.approx(0.4385, abs=1e-4)  # Wilson's formula with 3 of 3, by hand
+    assert np.isnan(found["gained_low"])
+
+
 def test_the_first_world_is_compared_with_itself(done):
     first = [row for row in done.table() if row["world"] == "none"]
     assert [row["gained"] for row in first] == [0.0, 0.0]
