@@ -172,6 +172,34 @@ def share_interval(share: float, groups: Sequence[Sequence[float]]) -> tuple[flo
     return wilson_interval(share * effective, effective)
 
 
+def share_difference_interval(
+    first: Sequence[Sequence[float]], second: Sequence[Sequence[float]]
+) -> tuple[float, float]:
+    """Interval of the second share minus the first, of paired trials that come in groups; (-1, 1) if there is no trial.
+
+    It joins the intervals of both shares by the correlation of the groups (Newcombe 1998, "Improved confidence
+    intervals for the difference between binomial proportions based on paired data", method 8). Unlike a bootstrap
+    interval it has a width where no trial differs.
+
+    Args:
+        first: Trials of each group, as for :func:`share_interval`.
+        second: Those of the other side in the same groups, in the same order.
+    """
+    if not first:
+        return -1.0, 1.0
+    sizes = [len(group) for group in first]
+    means = [[*map(np.mean, groups)] for groups in (first, second)]
+    a, b = (float(np.average(side, weights=sizes)) for side in means)
+    (a_low, a_high), (b_low, b_high) = share_interval(a, first), share_interval(b, second)
+    (var_a, cov), (_, var_b) = np.cov(means, ddof=0, aweights=sizes)
+    correlation = cov / math.sqrt(var_a * var_b) if min(var_a, var_b) > 0 else 0.0
+
+    def reach(of_a: float, of_b: float) -> float:
+        return math.sqrt(max(of_a**2 + of_b**2 - 2 * correlation * of_a * of_b, 0.0))
+
+    return b - a - reach(a_high - a, b - b_low), b - a + reach(a - a_low, b_high - b)
+
+
 def bootstrap_interval(
     values: ArrayLike, rng: np.random.Generator, counts: ArrayLike | None = None
 ) -> tuple[float, float]:

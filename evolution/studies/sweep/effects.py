@@ -7,9 +7,15 @@ from statistics import fmean, median
 
 import numpy as np
 
-from evolution.benchmark import Place, Unit, Values, distinct_pairs, groups_of, place_of, unit_of
+from evolution.benchmark import Place, Unit, Values, distinct_pairs, goals_of_groups, groups_of, place_of, unit_of
 from evolution.files import Row
-from evolution.statistics import FEWEST_FOR_INTERVAL, bootstrap_interval, median_interval, share_interval
+from evolution.statistics import (
+    FEWEST_FOR_INTERVAL,
+    bootstrap_interval,
+    median_interval,
+    share_difference_interval,
+    share_interval,
+)
 
 BOOTSTRAP_SEED = 0
 
@@ -18,10 +24,11 @@ def effect_rows(rows: Sequence[Row], worlds: Sequence[str], controllers: Sequenc
     """Return one row per world and controller; every interval is a 95 % interval.
 
     ``success`` is the success rate, with Wilson's interval. ``gained`` is that rate minus the one in the first world,
-    and ``changed`` the share of runs that succeed in one of the two worlds only. ``time_ratio`` is the ratio of the
-    time to that in the first world, over the runs that reached the goal in both: the median over units, each with the
-    median of its runs. All other intervals are bootstrap intervals over units, which are those of a comparison
-    (:mod:`evolution.benchmark.paired`): maps, if there are five. Copies of a pair of runs count once in intervals.
+    with Newcombe's interval, and ``changed`` the share of runs that succeed in one of the two worlds only.
+    ``time_ratio`` is the ratio of the time to that in the first world, over the runs that reached the goal in both: the
+    median over units, each with the median of its runs. All other intervals are bootstrap intervals over units, which
+    are those of a comparison (:mod:`evolution.benchmark.paired`): maps, if there are five. Copies of a pair of runs
+    count once in intervals.
 
     Args:
         rows: The runs, with the columns ``world``, ``controller``, ``map``, ``repeat`` and those of a benchmark.
@@ -30,7 +37,7 @@ def effect_rows(rows: Sequence[Row], worlds: Sequence[str], controllers: Sequenc
     """
     runs = {(row["world"], row["controller"], row["map"], row["repeat"]): row for row in rows}
     return [
-        _effect(_pairs(runs, worlds[0], world, controller), world, controller)
+        _effect(_pairs(runs, worlds[0], world, controller), worlds[0], world, controller)
         for controller in controllers
         for world in worlds
     ]
@@ -47,14 +54,15 @@ def _pairs(
     ]
 
 
-def _effect(pairs: Sequence[tuple[Row, Row]], world: str, controller: str) -> Row:
+def _effect(pairs: Sequence[tuple[Row, Row]], first: str, world: str, controller: str) -> Row:
     unit = unit_of(place_of(row) for _, row in pairs)
-    every, once = _measures(pairs), _measures(distinct_pairs(pairs))
+    distinct = distinct_pairs(pairs)
+    every, once = _measures(pairs), _measures(distinct)
     medians = [median(group) for group in groups_of(every["time_ratio"], unit)]
     share, rng = _mean(every["success"]), np.random.default_rng(BOOTSTRAP_SEED)
     ends = {
         "success": share_interval(share, groups_of(once["success"], unit)),
-        "gained": _mean_interval(once["gained"], unit, rng),
+        "gained": (0.0, 0.0) if world == first else share_difference_interval(*goals_of_groups(distinct, unit)),
         "time_ratio": median_interval([median(group) for group in groups_of(once["time_ratio"], unit)]),
         "recoveries": _mean_interval(once["recoveries"], unit, rng),
     }
