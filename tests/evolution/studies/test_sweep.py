@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import shutil
+from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -155,6 +156,18 @@ def test_the_command_finds_sweeps_like_studies(done, capsys, monkeypatch):
     monkeypatch.setattr("evolution.api.searches.run_sweep", lambda settings, path, **options: done)
     assert main(["study", str(done.path), "--resume"]) == 0
     assert "nominal" in capsys.readouterr().out
+
+
+def test_a_sweep_of_errors_alone_has_not_succeeded(done, capsys, monkeypatch):
+    """It would say that no robot reaches a goal; three maps are said to be few."""
+    rows = tuple({**one, "outcome": "error", "reason": "no answer"} for one in done.runs if one["map"] < "random_003")
+    failed = replace(done, runs=rows)
+    monkeypatch.setattr("evolution.api.searches.run_sweep", lambda settings, path, **options: failed)
+    assert main(["study", str(done.path), "--resume"]) == 2
+    said = capsys.readouterr()
+    assert "about these maps only" in said.out
+    assert "nan" not in said.out
+    assert "every run ended in an error, the first because: no answer" in said.err
 
 
 def test_the_components_of_noise_are_those_of_the_nominal_level():
