@@ -11,6 +11,7 @@ import itertools
 import math
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
+from statistics import fmean
 
 import numpy as np
 import scipy
@@ -26,6 +27,7 @@ FEWEST_FOR_INTERVAL = 5
 """Fewest values for a bootstrap interval; fewer give too few different resamples to bound anything."""
 RESAMPLES = 2000
 """Resamples of a bootstrap interval."""
+BOOTSTRAP_SEED = 0
 
 
 @dataclass(frozen=True)
@@ -224,6 +226,18 @@ def bootstrap_interval(
     means = (weights * sample)[places].sum(axis=1) / weights[places].sum(axis=1)
     low, high = np.quantile(means, _expanded_tails(len(sample)))
     return float(low), float(high)
+
+
+def mean_interval(groups: Sequence[Sequence[float]]) -> tuple[float, float]:
+    """Bootstrap interval of the mean of values that come in groups, such as the runs on one map.
+
+    The groups are resampled, and each counts by its values. It is NaN for fewer than :data:`FEWEST_FOR_INTERVAL`
+    groups.
+    """
+    if len(groups) < FEWEST_FOR_INTERVAL:
+        return np.nan, np.nan
+    rng = np.random.default_rng(BOOTSTRAP_SEED)
+    return bootstrap_interval([*map(fmean, groups)], rng, [*map(len, groups)])
 
 
 def _expanded_tails(n: int) -> tuple[float, float]:

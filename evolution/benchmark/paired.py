@@ -19,9 +19,8 @@ from typing import Literal, NamedTuple
 import numpy as np
 
 from evolution.files import Row, counted
-from evolution.statistics import FEWEST_FOR_INTERVAL, bootstrap_interval
+from evolution.statistics import BOOTSTRAP_SEED, FEWEST_FOR_INTERVAL, bootstrap_interval
 
-BOOTSTRAP_SEED = 0
 WALLS = "walls"
 """Column with the digest of the map without its task."""
 NOT_MEASURED = frozenset({"configuration", "controller", "repeat", "seed", "controller_ms"})

@@ -4,12 +4,10 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from itertools import combinations
+from math import isnan
 from statistics import fmean
 
-import numpy as np
-
 from evolution.benchmark.paired import (
-    BOOTSTRAP_SEED,
     Unit,
     Values,
     distinct_pairs,
@@ -20,7 +18,7 @@ from evolution.benchmark.paired import (
     unit_of,
 )
 from evolution.files import Row
-from evolution.statistics import FEWEST_FOR_INTERVAL, bootstrap_interval, share_difference_interval, share_interval
+from evolution.statistics import mean_interval, share_difference_interval, share_interval
 from gym_mapbench.metrics import WEIGHTED_BY_SUCCESS
 
 OF_GOALS = {
@@ -125,13 +123,6 @@ def _faster(pairs: RowPairs) -> Values:
 
 
 def _mean(name: str, values: Values, once: Values, unit: Unit) -> Row:
-    """Return the mean of values, and the ends of its interval from the values without copies; None for too few.
-
-    A unit counts in the interval by its values, as it does in the mean.
-    """
-    low, high = None, None
-    groups = groups_of(once, unit)
-    if len(groups) >= FEWEST_FOR_INTERVAL:
-        rng = np.random.default_rng(BOOTSTRAP_SEED)
-        low, high = bootstrap_interval(list(map(fmean, groups)), rng, list(map(len, groups)))
+    """Return the mean of values, and the ends of its interval from the values without copies; None for too few."""
+    low, high = (None if isnan(end) else end for end in mean_interval(groups_of(once, unit)))
     return {name: fmean(value for _, value in values) if values else None, f"{name} from": low, f"{name} to": high}

@@ -4,10 +4,8 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
-from math import inf, isfinite
+from math import inf, isfinite, isnan
 from statistics import fmean, median
-
-import numpy as np
 
 from controllers.nav2_params.values import Value
 from evolution.benchmark import (
@@ -21,12 +19,11 @@ from evolution.benchmark import (
     units_in_words,
 )
 from evolution.files import Row, counted
-from evolution.statistics import FEWEST_FOR_INTERVAL, bootstrap_interval
+from evolution.statistics import FEWEST_FOR_INTERVAL, mean_interval
 from evolution.tuning.plan import TuningPlan
 from evolution.tuning.search import Searched, Trial
 from evolution.tuning.validation import OWN, TUNED, Finalist
 
-BOOTSTRAP_SEED = 0
 MOST_CHANGES = 5
 """Largest number of changes in words; the table has all."""
 
@@ -62,10 +59,8 @@ def cost_difference(test: Sequence[Row]) -> CostDifference:
     pairs = [(place_of(a), b["cost"] - a["cost"]) for a, b in paired_rows(own, tuned)]
     unit = unit_of(place for place, _ in pairs)
     mean, groups = fmean(more for _, more in pairs), groups_of(pairs, "task" if unit == "run" else unit)
-    if len(groups) < FEWEST_FOR_INTERVAL:
-        return CostDifference(mean, None, None)
-    rng = np.random.default_rng(BOOTSTRAP_SEED)
-    return CostDifference(mean, *bootstrap_interval(list(map(fmean, groups)), rng, list(map(len, groups))))
+    low, high = (None if isnan(end) else end for end in mean_interval(groups))
+    return CostDifference(mean, low, high)
 
 
 def verdict_of(plan: TuningPlan, searched: Searched, winner: Finalist, test: Sequence[Row]) -> list[str]:

@@ -7,17 +7,9 @@ from statistics import fmean, median
 
 import numpy as np
 
-from evolution.benchmark import Place, Unit, Values, distinct_pairs, goals_of_groups, groups_of, place_of, unit_of
+from evolution.benchmark import Place, Values, distinct_pairs, goals_of_groups, groups_of, place_of, unit_of
 from evolution.files import Row
-from evolution.statistics import (
-    FEWEST_FOR_INTERVAL,
-    bootstrap_interval,
-    median_interval,
-    share_difference_interval,
-    share_interval,
-)
-
-BOOTSTRAP_SEED = 0
+from evolution.statistics import mean_interval, median_interval, share_difference_interval, share_interval
 
 
 def effect_rows(rows: Sequence[Row], worlds: Sequence[str], controllers: Sequence[str]) -> list[Row]:
@@ -59,12 +51,12 @@ def _effect(pairs: Sequence[tuple[Row, Row]], first: str, world: str, controller
     distinct = distinct_pairs(pairs)
     every, once = _measures(pairs), _measures(distinct)
     medians = [median(group) for group in groups_of(every["time_ratio"], unit)]
-    share, rng = _mean(every["success"]), np.random.default_rng(BOOTSTRAP_SEED)
+    share = _mean(every["success"])
     ends = {
         "success": share_interval(share, groups_of(once["success"], unit)),
         "gained": (0.0, 0.0) if world == first else share_difference_interval(*goals_of_groups(distinct, unit)),
         "time_ratio": median_interval([median(group) for group in groups_of(once["time_ratio"], unit)]),
-        "recoveries": _mean_interval(once["recoveries"], unit, rng),
+        "recoveries": mean_interval(groups_of(once["recoveries"], unit)),
     }
     values = {
         "success": share,
@@ -105,11 +97,3 @@ def _with_ends(values: Mapping[str, float], ends: Mapping[str, tuple[float, floa
 
 def _mean(values: Values) -> float:
     return fmean(value for _, value in values) if values else np.nan
-
-
-def _mean_interval(values: Values, unit: Unit, rng: np.random.Generator) -> tuple[float, float]:
-    """Return the bootstrap interval of the mean; NaN for too few units."""
-    groups = groups_of(values, unit)
-    if len(groups) < FEWEST_FOR_INTERVAL:
-        return np.nan, np.nan
-    return bootstrap_interval(list(map(fmean, groups)), rng, list(map(len, groups)))
