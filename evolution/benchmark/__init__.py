@@ -43,6 +43,7 @@ from evolution.benchmark.paired import (
     maps_in_words,
     paired_rows,
     place_of,
+    place_of_task,
     unit_of,
     units_in_words,
 )
@@ -105,6 +106,7 @@ __all__ = [
     "paired_rows",
     "parameter_rows",
     "place_of",
+    "place_of_task",
     "read_bench",
     "read_rule",
     "read_sweep",

@@ -20,6 +20,7 @@ import numpy as np
 
 from evolution.files import Row, counted
 from evolution.statistics import BOOTSTRAP_SEED, FEWEST_FOR_INTERVAL, bootstrap_interval
+from gym_mapbench.world.scenario import Scenario
 
 WALLS = "walls"
 """Column with the digest of the map without its task."""
@@ -227,6 +228,11 @@ def _measures(row: Row) -> frozenset[tuple[str, object]]:
 def place_of(row: Row) -> Place:
     """Return where a run of a benchmark is; in results of an earlier version each task has a map of its own."""
     return Place(row["map"], row.get(WALLS) or row["map"])
+
+
+def place_of_task(scenario: Scenario) -> Place:
+    """Return where the runs of a task are."""
+    return Place(scenario.name, scenario.map.digest)
 
 
 def trial_of(row: Row) -> Trial:

@@ -10,12 +10,12 @@ import yaml
 
 from evolution.benchmark import (
     Benchmark,
-    Place,
     benchmark_document,
     copies_in_words,
     few_maps_in_words,
     maps_in_words,
     pair_rows,
+    place_of_task,
     score_rows,
     table_of_pairs,
     table_of_scores,
@@ -84,7 +84,7 @@ def report_of_benchmark(result: Benchmark, plan: JobPlan, arguments: Sequence[st
 
 def maps_and_runs(scenarios: Sequence[Scenario], repeats: int) -> str:
     """Return the number of maps, with their tasks if they have several, and of runs on each in words."""
-    maps = maps_in_words(Place(one.name, one.map.digest) for one in scenarios)
+    maps = maps_in_words(map(place_of_task, scenarios))
     return f"{maps}, {counted(repeats, 'run')} of each controller on each"
 
 

@@ -8,7 +8,7 @@ from pathlib import Path
 from typing import Any
 
 from controllers.nav2_params.values import Value
-from evolution.benchmark import Place, map_options, maps_in_words
+from evolution.benchmark import map_options, maps_in_words, place_of_task
 from evolution.driving import DEFAULT_RESOURCES, OnRun, Resources, run_job
 from evolution.files import Row, counted, csv_of, make_directory, write_json, write_text
 from evolution.runs import exclusive_evaluator
@@ -125,7 +125,10 @@ class _Outcome:
             "verdict": verdict_of(self.plan, self.searched, self.winner, self.test)
             + self._of_front()
             + self._of_rounds(),
-            "maps": f"{_counted(self.rounds[0].plan.train, 'training map')}, {_counted(self.plan.test, 'test map')}",
+            "maps": ", ".join(
+                maps_in_words(map(place_of_task, maps), kind)
+                for maps, kind in ((self.rounds[0].plan.train, "training map"), (self.plan.test, "test map"))
+            ),
             "controller": self.plan.controller,
             "objectives": list(self.plan.settings.objectives),
             "winner": self.winner.number,
@@ -210,10 +213,6 @@ def _options(document: Mapping[str, Any]) -> object:
     for key, kind in MAPS_OF.items():
         found |= map_options(options[key], kind)
     return found
-
-
-def _counted(scenarios: Sequence[Scenario], kind: str) -> str:
-    return maps_in_words((Place(one.name, one.map.digest) for one in scenarios), kind)
 
 
 def _write(outcome: _Outcome, text: ParameterText, path: Path) -> None:

@@ -15,6 +15,7 @@ from evolution.benchmark import (
     maps_in_words,
     paired_rows,
     place_of,
+    place_of_task,
     unit_of,
     units_in_words,
 )
@@ -115,9 +116,10 @@ def _met(winner: Finalist) -> list[str]:
 
 def _searched(plan: TuningPlan, trials: Sequence[Trial]) -> str:
     runs, stopped = sum(len(one.rows) for one in trials), sum(one.state == "stopped" for one in trials)
+    maps = maps_in_words(map(place_of_task, plan.train), "training map")
     return (
-        f"The search made {counted(len(trials), 'trial')} with {counted(runs, 'run')} on "
-        f"{counted(len(plan.train), 'training map')}; it stopped {counted(stopped, 'trial')} early."
+        f"The search made {counted(len(trials), 'trial')} with {counted(runs, 'run')} on {maps}; it stopped "
+        f"{counted(stopped, 'trial')} early."
     )
 
 
