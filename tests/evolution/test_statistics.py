@@ -136,13 +136,11 @@ def test_the_difference_of_equal_shares_has_an_interval():
     assert share_difference_interval([], []) == (-1.0, 1.0)
 
 
-def test_the_interval_of_a_paired_difference_by_hand():
-    """Of 8 pairs the first wins two and the second none: shares 6/8 and 4/8, correlation 2 / sqrt(12)."""
-    first, second = [[1.0]] * 6 + [[0.0]] * 2, [[1.0]] * 4 + [[0.0]] * 4
-    (a_low, a_high), (b_low, b_high) = wilson_interval(6, 8), wilson_interval(4, 8)
-    below, above = (a_high - 0.75, 0.5 - b_low), (0.75 - a_low, b_high - 0.5)
-    reach = [(x**2 + y**2 - 2 * 2 / 12**0.5 * x * y) ** 0.5 for x, y in (below, above)]
-    assert share_difference_interval(first, second) == pytest.approx((-0.25 - reach[0], -0.25 + reach[1]))
+def test_the_interval_of_a_paired_difference_is_newcombes():
+    """His example: 36 pairs of successes, 12 that the second side alone has, 2 that the first alone has."""
+    first = [[1.0]] * 36 + [[0.0]] * 12 + [[1.0]] * 2
+    second = [[1.0]] * 48 + [[0.0]] * 2
+    assert share_difference_interval(first, second) == pytest.approx((0.0569, 0.3404), abs=1e-4)
 
 
 def test_the_interval_of_a_difference_holds_it_on_few_maps():
