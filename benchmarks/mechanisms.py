@@ -228,7 +228,7 @@ def change_line(label: str, at_map: Sequence[Row], elsewhere: Sequence[Row]) -> 
             for column, digits in (("time_s", 1), ("min_clearance", 3))
         )
     contacts = f"{fmean(float(row['n_contacts'] or 0) for row in elsewhere):.2f}"
-    return "| " + " | ".join([label, times(at_map), share(len(goals), len(elsewhere)), *means, contacts]) + " |"
+    return "| " + " | ".join([label, times(at_map), share(elsewhere), *means, contacts]) + " |"
 
 
 def print_worlds(family: str, seeds: int, options: Mapping[str, Any]) -> None:

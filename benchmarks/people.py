@@ -9,12 +9,12 @@ calls, with other ``--counts`` or ``--controllers``, are read together with ``--
 from __future__ import annotations
 
 import argparse
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
-from run_tables import is_goal, over_maps, read_runs, share, write_runs
+from run_tables import is_goal, of, over_maps, read_runs, share, share_and_ends, write_runs
 
 from evolution import bench
 from evolution.benchmark import time_lost
@@ -22,7 +22,6 @@ from evolution.driving import DriveSettings
 from evolution.files import Row
 from evolution.pictures import colour_of, new_figure
 from evolution.search import load_preset, scenario_on
-from evolution.statistics import wilson_interval
 from gym_mapbench.generator import WITHOUT_ROUTE, FamilySpec, PeopleSettings, ShapeSettings, draw_from, with_people
 from gym_mapbench.world.robot import make_robot
 from gym_mapbench.world.scenario import Scenario
@@ -61,9 +60,8 @@ def summary(rows: Sequence[Row], alone: Sequence[Row]) -> dict[str, str]:
         rows: Its runs.
         alone: The runs without people.
     """
-    goals, clean = sum(map(is_goal, rows)), sum(map(is_clean, rows))
     lost = time_lost(rows, alone)
-    cells = {"goal, %": share(goals, len(rows)), "goal without touching anybody, %": share(clean, len(rows))}
+    cells = {"goal, %": share(rows), "goal without touching anybody, %": share(rows, is_clean)}
     cells["time / time without people"] = over_maps([(pair.map, pair.ratio) for pair in lost], np.median, 2)
     cells["time lost, s"] = over_maps([(pair.map, pair.seconds) for pair in lost], np.median, 1)
     for measure in MEASURES:
@@ -102,11 +100,11 @@ def plot(rows: Sequence[Row], path: Path) -> None:
         panels, (("at the goal", is_goal), ("at the goal, nobody touched", is_clean)), strict=True
     ):
         for number, name in enumerate(names):
-            points = [_point(rows, name, count, wanted) for count in counts]
+            points = [share_and_ends(of(rows, controller=name, people=count), wanted) for count in counts]
             places = np.array(counts) + 0.12 * (number - (len(names) - 1) / 2)
-            share, low, high = np.array(points).T
-            spread = np.stack([share - low, high - share])
-            axes.errorbar(places, share, spread, color=colour_of(names, name), label=name, marker="o", markersize=4)
+            middle, low, high = np.array(points).T
+            spread = np.stack([middle - low, high - middle])
+            axes.errorbar(places, middle, spread, color=colour_of(names, name), label=name, marker="o", markersize=4)
         axes.set(title=title, xlabel="people", xticks=counts, ylim=(0, 102))
     panels[0].set_ylabel("runs, % (95 %, Wilson)")
     panels[1].legend(frameon=False, fontsize=9)
@@ -116,13 +114,6 @@ def plot(rows: Sequence[Row], path: Path) -> None:
 def is_clean(row: Row) -> bool:
     """Whether a run reached the goal, and the robot touched nobody while it moved."""
     return is_goal(row) and not row.get("n_collisions_with_people")
-
-
-def _point(rows: Sequence[Row], name: str, count: int, wanted: Callable[[Row], bool]) -> tuple[float, float, float]:
-    own = [row for row in rows if row["controller"] == name and row["people"] == count]
-    hits = sum(map(wanted, own))
-    low, high = wilson_interval(hits, len(own))
-    return 100 * hits / max(len(own), 1), 100 * low, 100 * high
 
 
 def main() -> None:

@@ -16,7 +16,7 @@ from pathlib import Path
 
 import numpy as np
 import scipy.stats
-from run_tables import is_goal, of, over_maps, read_runs, share, write_runs
+from run_tables import is_goal, of, over_maps, read_runs, share, share_and_ends, write_runs
 from sampled_maps import sampled
 
 from evolution import bench
@@ -26,7 +26,6 @@ from evolution.files import Row
 from evolution.pictures import colour_of, new_figure
 from evolution.search import load_preset
 from evolution.search.judging.patterns.gini import gini
-from evolution.statistics import wilson_interval
 from gym_mapbench.mapio import load_map_set
 from gym_mapbench.world.scenario import Scenario
 
@@ -89,7 +88,7 @@ def cells(rows: Sequence[Row], before: Sequence[Row]) -> list[str]:
         before: The same runs in Humble.
     """
     goals = [row for row in rows if is_goal(row)]
-    found = [share(len(goals), len(rows))]
+    found = [share(rows)]
     paired = compare_paired(trials(before), trials(rows), np.random.default_rng(0))
     found.append(f"+{paired.wins} -{paired.losses} (p = {paired.p_success:.2g})")
     found.append(f"{paired.time_ratio:.3f} ({paired.ratio_low:.3f} to {paired.ratio_high:.3f})")
@@ -123,9 +122,7 @@ def plot(rows: Sequence[Row], path: Path) -> None:
     for number, name in enumerate(CONTROLLERS):
         own = [of(rows, maps="sampled", release=release, controller=name) for release in releases]
         places = np.arange(len(releases)) + 0.12 * (number - 1)
-        hits = [sum(map(is_goal, some)) for some in own]
-        shares = np.array([[k / len(some), *wilson_interval(k, len(some))] for k, some in zip(hits, own, strict=True)])
-        _points(panels[0], places, 100 * shares, name)
+        _points(panels[0], places, np.array([share_and_ends(some) for some in own]), name)
         pairs = [compare_paired(trials(own[0]), trials(some), np.random.default_rng(0)) for some in own]
         ratios = np.array([[one.time_ratio, one.ratio_low, one.ratio_high] for one in pairs])
         _points(panels[1], places, ratios, name)

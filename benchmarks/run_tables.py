@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import csv
+import math
 from collections.abc import Callable, Sequence
 from functools import partial
 from pathlib import Path
@@ -12,7 +13,7 @@ from typing import Any
 import numpy as np
 
 from evolution.files import Row
-from evolution.statistics import bootstrap_interval, median_interval, wilson_interval
+from evolution.statistics import bootstrap_interval, median_interval, share_interval
 
 MISSING = "–"
 OfMaps = Sequence[tuple[str, float]]
@@ -24,15 +25,29 @@ def is_goal(row: Row) -> bool:
     return row["outcome"] == "goal"
 
 
-def of(rows: Sequence[Row], **wanted: str) -> list[Row]:
+def of(rows: Sequence[Row], **wanted: object) -> list[Row]:
     """Return the rows with these values."""
     return [row for row in rows if all(row[name] == value for name, value in wanted.items())]
 
 
-def share(count: int, of: int) -> str:
-    """Return a share in percent with its 95 % interval (Wilson)."""
-    low, high = wilson_interval(count, of)
-    return f"{100 * count / of:.0f} ({100 * low:.0f} to {100 * high:.0f})"
+def share(rows: Sequence[Row], wanted: Callable[[Row], bool] = is_goal) -> str:
+    """Return the share of wanted runs in percent with its 95 % interval."""
+    return "{:.0f} ({:.0f} to {:.0f})".format(*share_and_ends(rows, wanted))
+
+
+def share_and_ends(rows: Sequence[Row], wanted: Callable[[Row], bool] = is_goal) -> tuple[float, float, float]:
+    """Return the share of wanted runs and the ends of its 95 % interval (Wilson, with maps as the units), in percent.
+
+    Without runs they are not numbers.
+    """
+    if not rows:
+        return math.nan, math.nan, math.nan
+    of_maps: dict[str, list[float]] = {}
+    for row in rows:
+        of_maps.setdefault(str(row["map"]), []).append(float(wanted(row)))
+    found = fmean(float(wanted(row)) for row in rows)
+    low, high = share_interval(found, list(of_maps.values()))
+    return 100 * found, 100 * low, 100 * high
 
 
 def over_maps(values: OfMaps, statistic: Callable[..., Any], digits: int) -> str:

@@ -11,6 +11,7 @@ import itertools
 import math
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
+from statistics import fmean
 
 import numpy as np
 import scipy
@@ -26,6 +27,7 @@ FEWEST_FOR_INTERVAL = 5
 """Fewest values for a bootstrap interval; fewer give too few different resamples to bound anything."""
 RESAMPLES = 2000
 """Resamples of a bootstrap interval."""
+BOOTSTRAP_SEED = 0
 
 
 @dataclass(frozen=True)
@@ -172,6 +174,34 @@ def share_interval(share: float, groups: Sequence[Sequence[float]]) -> tuple[flo
     return wilson_interval(share * effective, effective)
 
 
+def share_difference_interval(
+    first: Sequence[Sequence[float]], second: Sequence[Sequence[float]]
+) -> tuple[float, float]:
+    """Interval of the second share minus the first, of paired trials that come in groups; (-1, 1) if there is no trial.
+
+    It joins the intervals of both shares by the correlation of the groups (Newcombe 1998, "Improved confidence
+    intervals for the difference between binomial proportions based on paired data", method 8). Unlike a bootstrap
+    interval it has a width where no trial differs.
+
+    Args:
+        first: Trials of each group, as for :func:`share_interval`.
+        second: Those of the other side in the same groups, in the same order.
+    """
+    if not first:
+        return -1.0, 1.0
+    sizes = [len(group) for group in first]
+    means = [[*map(np.mean, groups)] for groups in (first, second)]
+    a, b = (float(np.average(side, weights=sizes)) for side in means)
+    (a_low, a_high), (b_low, b_high) = share_interval(a, first), share_interval(b, second)
+    (var_a, cov), (_, var_b) = np.cov(means, ddof=0, aweights=sizes)
+    correlation = cov / math.sqrt(var_a * var_b) if min(var_a, var_b) > 0 else 0.0
+
+    def reach(of_a: float, of_b: float) -> float:
+        return math.sqrt(max(of_a**2 + of_b**2 - 2 * correlation * of_a * of_b, 0.0))
+
+    return b - a - reach(a_high - a, b - b_low), b - a + reach(a - a_low, b_high - b)
+
+
 def bootstrap_interval(
     values: ArrayLike, rng: np.random.Generator, counts: ArrayLike | None = None
 ) -> tuple[float, float]:
@@ -196,6 +226,18 @@ def bootstrap_interval(
     means = (weights * sample)[places].sum(axis=1) / weights[places].sum(axis=1)
     low, high = np.quantile(means, _expanded_tails(len(sample)))
     return float(low), float(high)
+
+
+def mean_interval(groups: Sequence[Sequence[float]]) -> tuple[float, float]:
+    """Bootstrap interval of the mean of values that come in groups, such as the runs on one map.
+
+    The groups are resampled, and each counts by its values. It is NaN for fewer than :data:`FEWEST_FOR_INTERVAL`
+    groups.
+    """
+    if len(groups) < FEWEST_FOR_INTERVAL:
+        return np.nan, np.nan
+    rng = np.random.default_rng(BOOTSTRAP_SEED)
+    return bootstrap_interval([*map(fmean, groups)], rng, [*map(len, groups)])
 
 
 def _expanded_tails(n: int) -> tuple[float, float]:

@@ -37,11 +37,13 @@ from evolution.benchmark.paired import (
     compare_paired,
     compare_rows,
     copies_in_words,
+    distinct_pairs,
     few_maps_in_words,
     groups_of,
     maps_in_words,
     paired_rows,
     place_of,
+    place_of_task,
     unit_of,
     units_in_words,
 )
@@ -51,7 +53,7 @@ from evolution.benchmark.reading import read_bench
 from evolution.benchmark.reevaluation import reevaluation_in, reevaluation_sentence
 from evolution.benchmark.rules import MEASURES, Rule, broken, read_rule, runs_by_controller
 from evolution.benchmark.runs import BENCH, Benchmark, BenchResult, bench, bench_row
-from evolution.benchmark.scores import pair_rows, score_rows
+from evolution.benchmark.scores import goals_of_groups, pair_rows, score_rows
 from evolution.benchmark.summary import table_of_compared, table_of_comparisons, table_of_pairs, table_of_scores
 from evolution.benchmark.time_lost import TimeLost, time_lost, without_people
 
@@ -91,7 +93,9 @@ __all__ = [
     "copies_in_words",
     "correlation_with",
     "differences_in_words",
+    "distinct_pairs",
     "few_maps_in_words",
+    "goals_of_groups",
     "groups_of",
     "load_barn",
     "map_options",
@@ -102,6 +106,7 @@ __all__ = [
     "paired_rows",
     "parameter_rows",
     "place_of",
+    "place_of_task",
     "read_bench",
     "read_rule",
     "read_sweep",

@@ -5,7 +5,14 @@ from __future__ import annotations
 from collections.abc import Sequence
 
 from evolution.benchmark.configurations import ParameterComparison
-from evolution.benchmark.paired import copies_in_words, few_maps_in_words, place_of, unit_of, units_in_words
+from evolution.benchmark.paired import (
+    copies_in_words,
+    few_maps_in_words,
+    on_few_maps,
+    place_of,
+    unit_of,
+    units_in_words,
+)
 from evolution.files import Row, counted
 from evolution.statistics import p_in_words
 
@@ -43,7 +50,8 @@ def _of_sweep(comparison: ParameterComparison) -> list[str]:
     shown = [pair for pair in comparison.pairs if _differ(pair)]
     if not shown:
         found.append(f"No value is shown to differ from {rows[0]['configuration']}.")
-    return [*found, *(_headline(pair["first"], pair["second"], pair) for pair in shown)]
+    where = on_few_maps(comparison.rows)
+    return [*found, *(_headline(pair["first"], pair["second"], pair, where) for pair in shown)]
 
 
 def _most_goals(rows: Sequence[Row]) -> str:
@@ -93,19 +101,19 @@ def _of_pair(comparison: ParameterComparison, pair: Row) -> list[str]:
         f"{b} reaches the goal in {goals[b]} of {counted(runs[b], 'run')}, {a} in {goals[a]} of {runs[a]}. {b} is "
         f"better on {pair['wins']} of {units}, {a} on {pair['losses']} ({p_in_words(pair['p_success_holm'])})."
     )
-    return [_headline(a, b, pair), success, *_time(a, b, pair)]
+    return [_headline(a, b, pair, on_few_maps(comparison.sides[a])), success, *_time(a, b, pair)]
 
 
-def _headline(a: str, b: str, pair: Row) -> str:
-    """Return the answer for one pair."""
+def _headline(a: str, b: str, pair: Row, where: str) -> str:
+    """Return the answer for one pair, and where it holds."""
     often, fast = _winners(a, b, pair)
     if often is None and fast is None:
         return f"{b} against {a}: no difference is shown, neither in success nor in time."
     if often is None or fast is None or often == fast:
         found = [text for text, who in (("reaches the goal more often", often), ("is faster", fast)) if who]
         winner = often or fast
-        return f"{winner} is better than {b if winner == a else a}: {winner} {' and '.join(found)}."
-    return f"{often} reaches the goal more often than {fast}, but {fast} is faster."
+        return f"{winner} is better than {b if winner == a else a}{where}: {winner} {' and '.join(found)}."
+    return f"{often} reaches the goal more often than {fast}{where}, but {fast} is faster."
 
 
 def _winners(a: str, b: str, pair: Row) -> tuple[str | None, str | None]:

@@ -19,9 +19,9 @@ from typing import Literal, NamedTuple
 import numpy as np
 
 from evolution.files import Row, counted
-from evolution.statistics import FEWEST_FOR_INTERVAL, bootstrap_interval
+from evolution.statistics import BOOTSTRAP_SEED, FEWEST_FOR_INTERVAL, bootstrap_interval
+from gym_mapbench.world.scenario import Scenario
 
-BOOTSTRAP_SEED = 0
 WALLS = "walls"
 """Column with the digest of the map without its task."""
 NOT_MEASURED = frozenset({"configuration", "controller", "repeat", "seed", "controller_ms"})
@@ -30,9 +30,7 @@ COPIES = (
     "Copies of other runs, equal to them in every measure: {} of {}. They count once in intervals and tests; with "
     "--noise runs differ."
 )
-
-
-FEW_MAPS = "Intervals and tests count {}s and are about these maps only, as there are fewer than five."
+FEW_MAPS = "Intervals and tests count {}s and are about {} only, as there are fewer than five maps."
 
 
 class Place(NamedTuple):
@@ -205,7 +203,16 @@ def distinct_pairs(pairs: Sequence[tuple[Row, Row]]) -> list[tuple[Row, Row]]:
 def few_maps_in_words(rows: Sequence[Row]) -> list[str]:
     """Return a sentence on what results on fewer than five maps are about; nothing for more maps, or no run."""
     unit = unit_of(map(place_of, rows))
-    return [FEW_MAPS.format(unit)] if rows and unit != "map" else []
+    return [FEW_MAPS.format(unit, _these(rows))] if rows and unit != "map" else []
+
+
+def on_few_maps(rows: Sequence[Row]) -> str:
+    """Return the maps of a result in words that continue a sentence; nothing if the maps are the units."""
+    return "" if unit_of(map(place_of, rows)) == "map" else f" on {_these(rows)}"
+
+
+def _these(rows: Sequence[Row]) -> str:
+    return "this map" if len({place_of(row).walls for row in rows}) == 1 else "these maps"
 
 
 def copies_in_words(rows: Sequence[Row]) -> list[str]:
@@ -221,6 +228,11 @@ def _measures(row: Row) -> frozenset[tuple[str, object]]:
 def place_of(row: Row) -> Place:
     """Return where a run of a benchmark is; in results of an earlier version each task has a map of its own."""
     return Place(row["map"], row.get(WALLS) or row["map"])
+
+
+def place_of_task(scenario: Scenario) -> Place:
+    """Return where the runs of a task are."""
+    return Place(scenario.name, scenario.map.digest)
 
 
 def trial_of(row: Row) -> Trial:

@@ -4,12 +4,10 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from itertools import combinations
+from math import isnan
 from statistics import fmean
 
-import numpy as np
-
 from evolution.benchmark.paired import (
-    BOOTSTRAP_SEED,
     Unit,
     Values,
     distinct_pairs,
@@ -20,7 +18,7 @@ from evolution.benchmark.paired import (
     unit_of,
 )
 from evolution.files import Row
-from evolution.statistics import FEWEST_FOR_INTERVAL, bootstrap_interval, share_interval
+from evolution.statistics import mean_interval, share_difference_interval, share_interval
 from gym_mapbench.metrics import WEIGHTED_BY_SUCCESS
 
 OF_GOALS = {
@@ -56,7 +54,8 @@ def pair_rows(rows: Sequence[Row], controllers: Sequence[str]) -> list[Row]:
     """Return a row per two controllers, over the pairs of their runs on the same map and noise.
 
     ``gained`` is the success of the second minus the success of the first. ``faster s`` is the time of the first minus
-    the time of the second, over the ``both`` pairs in which both reach the goal. Intervals as for :func:`score_rows`.
+    the time of the second, over the ``both`` pairs in which both reach the goal. Intervals as for
+    :func:`score_rows`, Newcombe's for ``gained``.
     """
     return [_pair(rows, *names) for names in combinations(controllers, 2)]
 
@@ -97,14 +96,26 @@ def _pair(rows: Sequence[Row], first: str, second: str) -> Row:
         "first": first,
         "second": second,
         "pairs": len(pairs),
-        **_mean("gained", _gained(pairs), _gained(once), unit),
+        **_gained(pairs, once, unit),
         "both": len(_faster(pairs)),
         **_mean("faster s", _faster(pairs), _faster(once), unit),
     }
 
 
-def _gained(pairs: RowPairs) -> Values:
-    return [(place_of(a), float(b["outcome"] == "goal") - float(a["outcome"] == "goal")) for a, b in pairs]
+def _gained(pairs: RowPairs, once: RowPairs, unit: Unit) -> Row:
+    """Return the difference of success, and the ends of its interval from the pairs without copies."""
+    before, after = ([float(pair[side]["outcome"] == "goal") for pair in pairs] for side in (0, 1))
+    low, high = share_difference_interval(*goals_of_groups(once, unit))
+    return {"gained": fmean(after) - fmean(before) if pairs else None, "gained from": low, "gained to": high}
+
+
+def goals_of_groups(pairs: RowPairs, unit: Unit) -> tuple[list[list[float]], list[list[float]]]:
+    """Return 1 for each goal and 0 for each other run of both sides of pairs, by unit."""
+    first, second = (
+        groups_of([(place_of(pair[0]), float(pair[side]["outcome"] == "goal")) for pair in pairs], unit)
+        for side in (0, 1)
+    )
+    return first, second
 
 
 def _faster(pairs: RowPairs) -> Values:
@@ -112,13 +123,6 @@ def _faster(pairs: RowPairs) -> Values:
 
 
 def _mean(name: str, values: Values, once: Values, unit: Unit) -> Row:
-    """Return the mean of values, and the ends of its interval from the values without copies; None for too few.
-
-    A unit counts in the interval by its values, as it does in the mean.
-    """
-    low, high = None, None
-    groups = groups_of(once, unit)
-    if len(groups) >= FEWEST_FOR_INTERVAL:
-        rng = np.random.default_rng(BOOTSTRAP_SEED)
-        low, high = bootstrap_interval(list(map(fmean, groups)), rng, list(map(len, groups)))
+    """Return the mean of values, and the ends of its interval from the values without copies; None for too few."""
+    low, high = (None if isnan(end) else end for end in mean_interval(groups_of(once, unit)))
     return {name: fmean(value for _, value in values) if values else None, f"{name} from": low, f"{name} to": high}

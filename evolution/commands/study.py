@@ -3,10 +3,12 @@
 from __future__ import annotations
 
 import argparse
+from math import isnan
 
 from rich.progress import TaskProgressColumn
 
 from evolution.api import study
+from evolution.benchmark import few_maps_in_words
 from evolution.commands import driving_options, options
 from evolution.commands.console import console, note, print_table, say
 from evolution.commands.progress import Bar, RunsPerSecond, StateColumn, best_in_short, best_in_words
@@ -98,12 +100,19 @@ def _show_sweep(results: SweepResults) -> int:
         for row in results.table()
     ]
     print_table(Table(rows, f"{results.settings.name}: each world compared with the first, 95 % intervals in brackets"))
+    for line in few_maps_in_words(results.runs):
+        console.print(line)
     console.print(f"Look at {results.path / 'figures'} and {results.path / 'effects.csv'}.")
+    driving_options.note_errors(results.path)
+    driving_options.check_measured(results.runs)
     return 0
 
 
 def _with_interval(row: Row, name: str) -> str:
-    return f"{row[name]:.3f} [{row[f'{name}_low']:.3f}, {row[f'{name}_high']:.3f}]"
+    value, low, high = row[name], row[f"{name}_low"], row[f"{name}_high"]
+    if isnan(value):
+        return "-"
+    return f"{value:.3f}" if isnan(low) else f"{value:.3f} [{low:.3f}, {high:.3f}]"
 
 
 def _print(analysis: StudyAnalysis) -> None:

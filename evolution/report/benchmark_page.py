@@ -10,12 +10,12 @@ import yaml
 
 from evolution.benchmark import (
     Benchmark,
-    Place,
     benchmark_document,
     copies_in_words,
     few_maps_in_words,
     maps_in_words,
     pair_rows,
+    place_of_task,
     score_rows,
     table_of_pairs,
     table_of_scores,
@@ -35,10 +35,11 @@ MOST_REPLAYS = 24
 """Largest number of maps with replays on one page; more would make the page too large to open."""
 
 INTERVALS = (
-    "Intervals are 95 % intervals: Wilson intervals for shares of runs, bootstrap intervals for means and "
-    f"differences. The units are maps if the benchmark has {FEWEST_FOR_INTERVAL} or more, else tasks if it has as "
-    f"many of them, else runs; fewer than {FEWEST_FOR_INTERVAL} units give no bootstrap interval. A Wilson interval is "
-    "the wider, the more the runs of one unit are alike. Runs that are equal in every measure count once."
+    "Intervals are 95 % intervals: Wilson intervals for shares of runs, Newcombe intervals for differences of shares, "
+    "bootstrap intervals for means and differences of times. The units are maps if the benchmark has "
+    f"{FEWEST_FOR_INTERVAL} or more, else tasks if it has as many of them, else runs; fewer than {FEWEST_FOR_INTERVAL} "
+    "units give no bootstrap interval. An interval of a share is the wider, the more the runs of one unit are alike. "
+    "Runs that are equal in every measure count once."
 )
 REASONS = ("map", "controller", "repeat", "outcome", "reason")
 """Columns of the table of failed runs."""
@@ -83,7 +84,7 @@ def report_of_benchmark(result: Benchmark, plan: JobPlan, arguments: Sequence[st
 
 def maps_and_runs(scenarios: Sequence[Scenario], repeats: int) -> str:
     """Return the number of maps, with their tasks if they have several, and of runs on each in words."""
-    maps = maps_in_words(Place(one.name, one.map.digest) for one in scenarios)
+    maps = maps_in_words(map(place_of_task, scenarios))
     return f"{maps}, {counted(repeats, 'run')} of each controller on each"
 
 

@@ -51,10 +51,11 @@ CAPTIONS = {
 def report_of_tuning(tuning: Tuning) -> Report:
     """Return the page of a finished tuning; the replays are re-run."""
     begun, summary = tuning.config["tuning"], tuning.summary
-    maps = f"{counted(len(begun['train']), 'training map')}, {counted(len(begun['test']), 'test map')}"
+    tasks = f"{counted(len(begun['train']), 'training task')}, {counted(len(begun['test']), 'test task')}"
+    runs = counted(sum(summary.runs.values()), "run")
     return Report(
         title=f"Tuning of {summary.controller}",
-        subtitle=f"{maps}; {counted(sum(summary.runs.values()), 'run')}; seed {begun['settings']['seed']}",
+        subtitle=f"{summary.maps or tasks}; {runs}; seed {begun['settings']['seed']}",
         verdict=tuning.verdict,
         command=_command(summary.controller, begun["settings"], begun["world"]["environment"]["time_limit"]),
         configuration=yaml.safe_dump(begun, sort_keys=False),

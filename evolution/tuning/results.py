@@ -39,6 +39,7 @@ class TuningSummary(Document):
     Args:
         verdict: The result in sentences.
         tuning: Digest of the options, as :func:`digest_of` returns it; empty in the summary of an earlier version.
+        maps: Numbers of training and test maps in words; empty in the summary of an earlier version.
         controller: The tuned controller.
         objectives: Names of the objectives.
         winner: Number of the chosen trial; 0 for the user's own values.
@@ -54,6 +55,7 @@ class TuningSummary(Document):
 
     verdict: list[str]
     tuning: str = ""
+    maps: str = ""
     controller: str
     objectives: list[str]
     winner: int

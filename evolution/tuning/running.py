@@ -8,7 +8,7 @@ from pathlib import Path
 from typing import Any
 
 from controllers.nav2_params.values import Value
-from evolution.benchmark import map_options
+from evolution.benchmark import map_options, maps_in_words, place_of_task
 from evolution.driving import DEFAULT_RESOURCES, OnRun, Resources, run_job
 from evolution.files import Row, counted, csv_of, make_directory, write_json, write_text
 from evolution.runs import exclusive_evaluator
@@ -125,6 +125,10 @@ class _Outcome:
             "verdict": verdict_of(self.plan, self.searched, self.winner, self.test)
             + self._of_front()
             + self._of_rounds(),
+            "maps": ", ".join(
+                maps_in_words(map(place_of_task, maps), kind)
+                for maps, kind in ((self.rounds[0].plan.train, "training map"), (self.plan.test, "test map"))
+            ),
             "controller": self.plan.controller,
             "objectives": list(self.plan.settings.objectives),
             "winner": self.winner.number,

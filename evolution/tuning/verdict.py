@@ -4,20 +4,27 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
-from math import inf, isfinite
+from math import inf, isfinite, isnan
 from statistics import fmean, median
 
-import numpy as np
-
 from controllers.nav2_params.values import Value
-from evolution.benchmark import compare_rows, groups_of, maps_in_words, paired_rows, place_of, unit_of, units_in_words
+from evolution.benchmark import (
+    compare_rows,
+    few_maps_in_words,
+    groups_of,
+    maps_in_words,
+    paired_rows,
+    place_of,
+    place_of_task,
+    unit_of,
+    units_in_words,
+)
 from evolution.files import Row, counted
-from evolution.statistics import FEWEST_FOR_INTERVAL, bootstrap_interval
+from evolution.statistics import FEWEST_FOR_INTERVAL, mean_interval
 from evolution.tuning.plan import TuningPlan
 from evolution.tuning.search import Searched, Trial
 from evolution.tuning.validation import OWN, TUNED, Finalist
 
-BOOTSTRAP_SEED = 0
 MOST_CHANGES = 5
 """Largest number of changes in words; the table has all."""
 
@@ -53,10 +60,8 @@ def cost_difference(test: Sequence[Row]) -> CostDifference:
     pairs = [(place_of(a), b["cost"] - a["cost"]) for a, b in paired_rows(own, tuned)]
     unit = unit_of(place for place, _ in pairs)
     mean, groups = fmean(more for _, more in pairs), groups_of(pairs, "task" if unit == "run" else unit)
-    if len(groups) < FEWEST_FOR_INTERVAL:
-        return CostDifference(mean, None, None)
-    rng = np.random.default_rng(BOOTSTRAP_SEED)
-    return CostDifference(mean, *bootstrap_interval(list(map(fmean, groups)), rng, list(map(len, groups))))
+    low, high = (None if isnan(end) else end for end in mean_interval(groups))
+    return CostDifference(mean, low, high)
 
 
 def verdict_of(plan: TuningPlan, searched: Searched, winner: Finalist, test: Sequence[Row]) -> list[str]:
@@ -69,7 +74,8 @@ def verdict_of(plan: TuningPlan, searched: Searched, winner: Finalist, test: Seq
     found = cost_difference(test).in_words(plan.settings.objectives[0])
     first = f"On {maps_in_words(map(place_of, test), 'test map')} that the search has not seen, {found}."
     changed = _changes(plan.own, winner.values, searched.importances[0])
-    return [first, _reached(test, OWN), _reached(test, TUNED), *_paired(test), *_met(winner), changed, search]
+    compared = [_reached(test, OWN), _reached(test, TUNED), *_paired(test), *few_maps_in_words(test)]
+    return [first, *compared, *_met(winner), changed, search]
 
 
 def _reached(test: Sequence[Row], name: str) -> str:
@@ -110,9 +116,10 @@ def _met(winner: Finalist) -> list[str]:
 
 def _searched(plan: TuningPlan, trials: Sequence[Trial]) -> str:
     runs, stopped = sum(len(one.rows) for one in trials), sum(one.state == "stopped" for one in trials)
+    maps = maps_in_words(map(place_of_task, plan.train), "training map")
     return (
-        f"The search made {counted(len(trials), 'trial')} with {counted(runs, 'run')} on "
-        f"{counted(len(plan.train), 'training map')}; it stopped {counted(stopped, 'trial')} early."
+        f"The search made {counted(len(trials), 'trial')} with {counted(runs, 'run')} on {maps}; it stopped "
+        f"{counted(stopped, 'trial')} early."
     )
 
 

@@ -21,6 +21,7 @@ from evolution.statistics import (
     median_interval,
     pairwise_mann_whitney,
     rank_correlation,
+    share_difference_interval,
     share_interval,
     summarize,
     vargha_delaney_a12,
@@ -124,6 +125,32 @@ def test_the_interval_of_a_share_holds_it_where_failures_depend_on_the_map(group
         runs = (rng.random((groups, repeats)) < chances[:, None]).astype(float)
         low, high = share_interval(float(runs.mean()), runs.tolist())
         held.append(low <= 0.8 <= high)
+    assert np.mean(held) > 0.92
+
+
+def test_the_difference_of_equal_shares_has_an_interval():
+    """With six goals of six on both sides, either share may be as low as Wilson's 0.61."""
+    goals = [[1.0]] * 6
+    low, high = share_difference_interval(goals, goals)
+    assert (low, high) == pytest.approx((-0.3903, 0.3903), abs=1e-4)
+    assert share_difference_interval([], []) == (-1.0, 1.0)
+
+
+def test_the_interval_of_a_paired_difference_is_newcombes():
+    """His example: 36 pairs of successes, 12 that the second side alone has, 2 that the first alone has."""
+    first = [[1.0]] * 36 + [[0.0]] * 12 + [[1.0]] * 2
+    second = [[1.0]] * 48 + [[0.0]] * 2
+    assert share_difference_interval(first, second) == pytest.approx((0.0569, 0.3404), abs=1e-4)
+
+
+def test_the_interval_of_a_difference_holds_it_on_few_maps():
+    """A bootstrap interval of the differences holds it in 60 %, as five maps often show none."""
+    rng, held = np.random.default_rng(0), []
+    for _ in range(300):
+        chances = rng.beta((9.5, 8.0), (0.5, 2.0), (5, 2))
+        first, second = (rng.random((2, 5, 1)) < chances.T[:, :, None]).astype(float).tolist()
+        low, high = share_difference_interval(first, second)
+        held.append(low <= -0.15 <= high)
     assert np.mean(held) > 0.92
 
 

@@ -10,7 +10,7 @@ import numpy as np
 from evolution.driving import RunResult, SetResults
 from evolution.files import Row
 from evolution.search import short_names
-from evolution.statistics import holm, median_interval, pairwise_mann_whitney, vargha_delaney_a12
+from evolution.statistics import BOOTSTRAP_SEED, holm, median_interval, pairwise_mann_whitney, vargha_delaney_a12
 from evolution.studies.analysis.results import StudyResults, StudyRun
 from evolution.studies.former_names import StudyRow
 from evolution.studies.settings import JUDGES
@@ -19,7 +19,6 @@ CLOSE = 0.5
 """Largest difference between reported and held-out fitness that counts as agreement."""
 EQUAL = 1.2
 """Largest ratio of two times at which two controllers count as equally fast."""
-BOOTSTRAP_SEED = 0
 RESAMPLES = 10_000
 """Pairs of resampled re-evaluations of a set."""
 OF_REPEATS = ("aggregate", "cluster_scale")

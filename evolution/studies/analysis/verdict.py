@@ -97,7 +97,7 @@ def _winner(comparison: Comparison) -> list[str]:
         sentences.append(f"{best} beats {_list([_behind(pair, comparison) for pair in beaten])}.")
     if worse_than:
         shown = _list([_behind(pair, comparison) for pair in worse_than])
-        sentences.append(f"In most pairs of searches {best} is worse, whatever its median, than {shown}.")
+        sentences.append(f"In most pairs of searches {best} is worse than {shown}.")
     if equal:
         shown = _list([_behind(pair, comparison) for pair in equal])
         sentences.append(f"No significant difference between {best} and {shown}.")

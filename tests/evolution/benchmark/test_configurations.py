@@ -69,9 +69,10 @@ def test_a_side_with_the_worse_ranks_and_the_better_mean_is_not_called_faster():
 def test_tasks_on_one_map_are_not_maps():
     """Six tasks of one map are six tasks; tests say so, and for which maps they hold."""
     rows = tuple({**row, "walls": "hall"} for row in by_hand().rows)
-    _, success, *_, few, _ = verdict_of_comparison(ParameterComparison(rows, ()))
+    headline, success, *_, few, _ = verdict_of_comparison(ParameterComparison(rows, ()))
+    assert headline == "b is better than a on this map: b reaches the goal more often."
     assert "b is better on 6 of 8 tasks, a on 0" in success
-    assert few == "Intervals and tests count tasks and are about these maps only, as there are fewer than five."
+    assert few == "Intervals and tests count tasks and are about this map only, as there are fewer than five maps."
 
 
 def test_equal_sides_are_not_told_apart():
@@ -321,7 +322,7 @@ def test_the_verdict_of_a_sweep_names_all_values_with_the_most_goals(goals, expe
     often, *_, shown, few, _ = verdict_of_comparison(ParameterComparison(rows, (), against_first=True))
     assert often == expected
     assert shown == "No value is shown to differ from a."
-    assert few == "Intervals and tests count runs and are about these maps only, as there are fewer than five."
+    assert few == "Intervals and tests count runs and are about this map only, as there are fewer than five maps."
 
 
 def test_times_of_a_sweep_are_compared_where_both_reach_the_goal():

@@ -5,7 +5,7 @@ from __future__ import annotations
 import pytest
 
 from evolution.benchmark import Benchmark, pair_rows, score_rows
-from evolution.statistics import wilson_interval
+from evolution.statistics import share_difference_interval, wilson_interval
 
 
 def runs(controller, times, outcome="goal", **measures):
@@ -57,7 +57,7 @@ def test_pairs_are_runs_on_the_same_map_and_noise():
     (pair,) = pair_rows(rows, ("a", "b"))
     assert (pair["first"], pair["second"], pair["pairs"], pair["both"]) == ("a", "b", 6, 5)
     assert pair["gained"] == pytest.approx(-1 / 6)
-    assert pair["gained from"] < pair["gained"] < pair["gained to"] <= 0.0
+    assert pair["gained from"] < pair["gained"] < 0.0 < pair["gained to"]  # one run of six shows nothing
     assert pair["faster s"] == pytest.approx(2.0)
     assert 1.0 <= pair["faster s from"] < 2.0 < pair["faster s to"] <= 3.0
     assert pair_rows(rows, ("a",)) == []
@@ -77,6 +77,7 @@ def test_copies_of_a_run_count_once_in_intervals():
     both = rows + [{**row, "controller": "b", "time_s": 4.0} for row in rows]
     (pair,) = pair_rows(both, ("a", "b"))
     assert (pair["pairs"], pair["both"], pair["faster s"], pair["faster s from"]) == (8, 8, 1.5, None)
+    assert (pair["gained from"], pair["gained to"]) == share_difference_interval([[1], [1]], [[1], [1]])
 
 
 def test_a_mean_lies_in_its_interval_where_some_maps_have_more_runs_at_the_goal_than_others():

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import shutil
+from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -57,7 +58,7 @@ def test_effects_by_hand():
     assert (noisy["n"], noisy["success"], noisy["gained"], noisy["changed"]) == (4, 0.75, 0.0, 0.5)
     assert (noisy["solved_in_both"], noisy["time_ratio"], noisy["recoveries"]) == (2, 1.35, 1.0)
     assert noisy["success_low"] == pytest.approx(0.3006, abs=1e-4)  # Wilson's formula, by hand
-    assert np.isnan(noisy["gained_low"])  # four maps are too few
+    assert noisy["gained_low"] < -0.3 < 0.3 < noisy["gained_high"]  # four maps tell little
 
 
 def test_repeats_on_a_map_count_once_in_the_intervals_of_effects():
@@ -76,6 +77,15 @@ def test_repeats_on_a_map_count_once_in_the_intervals_of_effects():
     few, many = intervals(2), intervals(20)
     for end in ("success_low", "success_high", "gained_low", "gained_high"):
         assert many[end] == pytest.approx(few[end], abs=0.02)
+
+
+def test_copies_of_a_run_count_once_where_runs_are_the_units():
+    """Without noise, ten repeats on each of three maps are three runs."""
+    rows = [{**row("none", name, "goal"), "repeat": repeat} for name in "abc" for repeat in range(10)]
+    (found,) = effect_rows(rows, ["none"], ["rpp"])
+    assert (found["n"], found["success"]) == (30, 1.0)
+    assert found["success_low"] == pytest.approx(0.4385, abs=1e-4)  # Wilson's formula with 3 of 3, by hand
+    assert (found["gained_low"], found["gained_high"]) == (0.0, 0.0)  # a world differs from itself by nothing
 
 
 def test_the_first_world_is_compared_with_itself(done):
@@ -146,6 +156,18 @@ def test_the_command_finds_sweeps_like_studies(done, capsys, monkeypatch):
     monkeypatch.setattr("evolution.api.searches.run_sweep", lambda settings, path, **options: done)
     assert main(["study", str(done.path), "--resume"]) == 0
     assert "nominal" in capsys.readouterr().out
+
+
+def test_a_sweep_of_errors_alone_has_not_succeeded(done, capsys, monkeypatch):
+    """It would say that no robot reaches a goal; three maps are said to be few."""
+    rows = tuple({**one, "outcome": "error", "reason": "no answer"} for one in done.runs if one["map"] < "random_003")
+    failed = replace(done, runs=rows)
+    monkeypatch.setattr("evolution.api.searches.run_sweep", lambda settings, path, **options: failed)
+    assert main(["study", str(done.path), "--resume"]) == 2
+    said = capsys.readouterr()
+    assert "about these maps only" in said.out
+    assert "nan" not in said.out
+    assert "every run ended in an error, the first because: no answer" in said.err
 
 
 def test_the_components_of_noise_are_those_of_the_nominal_level():

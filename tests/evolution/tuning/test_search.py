@@ -71,6 +71,16 @@ def test_the_units_of_the_comparison_are_maps_only_if_there_are_enough(done):
     for rows, unit in ((done.summary.test, "of 8 maps and"), (few, "of 4 pairs of runs and")):
         said = verdict_of(fakes.plan(), Searched([], [{}]), winner, rows)
         assert sum(unit in sentence for sentence in said) == 1
+        assert any("about these maps only" in sentence for sentence in said) == (rows is few)
+
+
+def test_the_page_counts_maps_by_their_walls(done, tmp_path):
+    assert report_of_tuning(done).subtitle.startswith("8 training maps, 8 test maps; ")
+    one = fakes.plan()
+    there = one.test[0]
+    back = replace(there, start=there.goal, goal=there.start, name="back")
+    result = tune(tmp_path / "tasks", replace(one, test=(there, back)))
+    assert report_of_tuning(result).subtitle.startswith("8 training maps, 2 tasks on 1 test map; ")
 
 
 def test_without_importances_the_largest_changes_stand_in_the_sentence(done):
