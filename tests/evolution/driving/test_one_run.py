@@ -1,7 +1,6 @@
 from __future__ import annotations
 
 import random
-from dataclasses import replace
 from types import SimpleNamespace
 
 import numpy as np
@@ -101,19 +100,6 @@ def test_a_motion_that_workers_cannot_find_is_refused(monkeypatch):
     walked = Scenario(SCENARIO.map, SCENARIO.start, SCENARIO.goal, "room", (Body(motion={"name": "mine"}),))
     with pytest.raises(ConfigError, match="motion 'mine': is registered in this process alone"):
         check_room([walked], DriveSettings(navigation="thesis"))
-
-
-def test_tasks_without_room_for_the_robot_are_told_before_the_first_run(caplog):
-    settings = DriveSettings(navigation="thesis")
-    in_wall = replace(SCENARIO, start=Pose(0.15, 0.15), name="in_wall")
-    check_room([SCENARIO], settings)
-    assert not caplog.messages
-    check_room([SCENARIO, in_wall, in_wall], settings)
-    (said,) = caplog.messages
-    assert said.startswith("no room for the robot in 2 of 3 tasks,")
-    assert "the first is in_wall: start: expected room for the robot" in said
-    with pytest.raises(ConfigError, match="in_wall: start: expected room"):
-        check_room([in_wall, in_wall], settings)
 
 
 def test_a_policy_whose_path_cannot_be_planned_ends_as_nav2_s_controllers_do():
