@@ -27,6 +27,8 @@ USAGE_ERROR = 2
 INTERRUPTED = 130
 PIPE_CLOSED = 141
 """128 plus the number of SIGPIPE, as shells report it of other programs."""
+OWN_OPTIONS = ("-h", "--help", "--version")
+"""Options that stand in place of a command; all others follow it."""
 STANDARD_ERROR = 2
 """Number of the last file that is open when a process starts."""
 NEGATIVE = re.compile(r"-(\.?\d|inf|nan)")
@@ -157,7 +159,10 @@ def main(argv: Sequence[str] | None = None) -> int:
 
 def _run(given: Sequence[str]) -> int:
     """Parse the arguments and run the command that they name."""
-    args = build_parser(given[0] if given else "").parse_args(given, argparse.Namespace(given=tuple(given), **COMMON))
+    parser = build_parser(given[0] if given else "")
+    if given and given[0].startswith("-") and given[0] not in OWN_OPTIONS:
+        parser.error(f"{given[0]}: expected COMMAND first, as in mapbench bench {given[0]}")
+    args = parser.parse_args(given, argparse.Namespace(given=tuple(given), **COMMON))
     from gym_mapbench.errors import MapBenchError, visible  # after the help, which does not wait for gymnasium
     from gym_mapbench.trust import allow_code, only_code_named_in
 

@@ -43,10 +43,14 @@ class OptionError(ConfigError):
 class Settings(BaseModel):
     """Frozen, keyword-only options; equal by value, JSON-able with ``model_dump(mode="json")``.
 
+    Attributes:
+        meant: What a message about an unknown key suggests, by keys of other libraries.
+
     Raises:
         ConfigError: On an unknown key or a value of the wrong type or range.
     """
 
+    meant: ClassVar[Mapping[str, str]] = {}
     model_config = ConfigDict(frozen=True, extra="forbid", allow_inf_nan=False)
 
     def __init__(self, **values: Any) -> None:
@@ -144,8 +148,10 @@ def _unknown_key(first: ErrorDetails, settings: type[Settings]) -> str:
     """Name an unknown key and the nearest valid one."""
     valid = settings.option_names()
     key = ".".join(str(part) for part in first["loc"])
-    near = nearest_name(str(first["loc"][-1]), valid)
-    hint = f"; did you mean {near!r}?" if near else f" (expected one of: {', '.join(sorted(valid))})"
+    last = str(first["loc"][-1])
+    near = nearest_name(last, valid)
+    suggested = settings.meant.get(last) or (f"did you mean {near!r}?" if near else "")
+    hint = f"; {suggested}" if suggested else f" (expected one of: {', '.join(sorted(valid))})"
     return f"unknown key {key!r}{hint}, got {_short(first['input'])}"
 
 

@@ -23,6 +23,7 @@ from controllers.nav2_params.document import PARAMETERS
 from controllers.nav2_params.migration_rules import (
     LYRICALS,
     NEW_DEFAULTS,
+    OLD_TREE,
     OVERTAKEN,
     RENAMES,
     RESPELT,
@@ -144,6 +145,10 @@ def _rename_behaviors(work: Work, full: str, group: yaml.MappingNode) -> None:
 
 def _migrate_entry(work: Work, full: str, node: str, entry: Entry) -> None:
     """Migrate one parameter by the rules for its node."""
+    if node == "bt_navigator" and entry.name == entry.value.value == OLD_TREE:
+        default = f"without a file, {work.target.capitalize()} takes its default tree"
+        work.take_out(full, entry, f"a word that an older launch file replaces by a file; {default}")
+        return
     for rename in RENAMES[work.target]:
         applies = work.source in rename.sources and _is_for(rename.node, node)
         if applies and fnmatchcase(entry.name, rename.old):

@@ -31,8 +31,10 @@ class Rename(NamedTuple):
     sources: tuple[Release, ...] = RELEASES
 
 
+OLD_TREE = "default_bt_xml_filename"
+"""Name of the behaviour tree's file before Humble; as a value, a word that launch files of that time replace."""
 SINCE_HUMBLE = (
-    Rename("bt_navigator", "default_bt_xml_filename", "default_nav_to_pose_bt_xml"),
+    Rename("bt_navigator", OLD_TREE, "default_nav_to_pose_bt_xml"),
     Rename("controller_server", "goal_checker_plugin", "goal_checker_plugins", True),
     Rename("recoveries_server", "recovery_plugins", "behavior_plugins"),
     Rename("*", "transform_timeout", "transform_tolerance"),

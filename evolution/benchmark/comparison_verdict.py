@@ -2,12 +2,14 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
+from itertools import groupby
 
 from evolution.benchmark.configurations import ParameterComparison
 from evolution.benchmark.paired import (
     copies_in_words,
     few_maps_in_words,
+    measures_of,
     on_few_maps,
     place_of,
     unit_of,
@@ -26,7 +28,7 @@ def verdict_of_comparison(comparison: ParameterComparison) -> list[str]:
     """Return the answer for each pair of sides, the maps with the largest differences, and the keys that differ."""
     found = _of_sweep(comparison) if comparison.against_first else [*verdict_of_pairs(comparison), *_maps(comparison)]
     notes = [*few_maps_in_words(comparison.rows), *copies_in_words(comparison.rows)]
-    return [*found, *notes, *_keys(comparison.parameters)]
+    return [*found, *notes, *_keys(comparison.parameters), *_without_effect(comparison)]
 
 
 def verdict_of_pairs(comparison: ParameterComparison) -> list[str]:
@@ -171,3 +173,36 @@ def _keys(rows: Sequence[Row]) -> list[str]:
     more = f" and {len(rows) - MOST_KEYS} more" if len(rows) > MOST_KEYS else ""
     named = ", ".join(row["key"] for row in rows[:MOST_KEYS])
     return [f"The configurations differ in {counted(len(rows), 'key')}: {named}{more}."]
+
+
+def _without_effect(comparison: ParameterComparison) -> list[str]:
+    """Name the keys whose values change no run."""
+    keys = [row["key"] for row in comparison.parameters]
+    if not keys or all(row["outcome"] == "error" for row in comparison.rows):
+        return []
+    labels = list(comparison.by_label)
+    idle = keys if _same_runs(comparison, labels) else [key for key in keys if _is_idle(comparison, key, labels)]
+    if not idle:
+        return []
+    more = f" and {len(idle) - MOST_KEYS} more" if len(idle) > MOST_KEYS else ""
+    return [
+        f"Without effect in these runs: {', '.join(idle[:MOST_KEYS])}{more}. Configurations that differ in nothing "
+        "else have the same runs; another parameter may switch a key off."
+    ]
+
+
+def _is_idle(comparison: ParameterComparison, key: str, labels: Iterable[str]) -> bool:
+    """Whether there are configurations that differ in this key only, and they all have the same runs."""
+
+    def others(label: str) -> tuple[str, ...]:
+        return tuple(row[label] for row in comparison.parameters if row["key"] != key)
+
+    groups = [list(group) for _, group in groupby(sorted(labels, key=others), others)]
+    alike = [group for group in groups if len(group) > 1]
+    return bool(alike) and all(_same_runs(comparison, group) for group in alike)
+
+
+def _same_runs(comparison: ParameterComparison, labels: Sequence[str]) -> bool:
+    """Whether configurations have the same runs, apart from computing times."""
+    first, *others = ([measures_of(row) for row in comparison.by_label[label]] for label in labels)
+    return all(runs == first for runs in others)

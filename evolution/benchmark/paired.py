@@ -192,12 +192,12 @@ def paired_rows(first: Sequence[Row], second: Sequence[Row]) -> list[tuple[Row, 
 
 def distinct_rows(rows: Sequence[Row]) -> list[Row]:
     """Return the runs of one side each once: runs that are equal in every measure are one."""
-    return list({_measures(row): row for row in rows}.values())
+    return list({measures_of(row): row for row in rows}.values())
 
 
 def distinct_pairs(pairs: Sequence[tuple[Row, Row]]) -> list[tuple[Row, Row]]:
     """Return pairs of runs each once: pairs of which both runs are equal are one."""
-    return list({(_measures(a), _measures(b)): (a, b) for a, b in pairs}.values())
+    return list({(measures_of(a), measures_of(b)): (a, b) for a, b in pairs}.values())
 
 
 def few_maps_in_words(rows: Sequence[Row]) -> list[str]:
@@ -217,11 +217,12 @@ def _these(rows: Sequence[Row]) -> str:
 
 def copies_in_words(rows: Sequence[Row]) -> list[str]:
     """Return a sentence that says how many runs of a benchmark or comparison are copies; nothing if no run is."""
-    copies = len(rows) - len({(row.get("configuration"), row["controller"], _measures(row)) for row in rows})
+    copies = len(rows) - len({(row.get("configuration"), row["controller"], measures_of(row)) for row in rows})
     return [COPIES.format(copies, counted(len(rows), "run"))] if copies else []
 
 
-def _measures(row: Row) -> frozenset[tuple[str, object]]:
+def measures_of(row: Row) -> frozenset[tuple[str, object]]:
+    """Return what a seed reproduces of a run on a map: its outcome and its measures."""
     return frozenset((name, value) for name, value in row.items() if name not in NOT_MEASURED)
 
 

@@ -8,7 +8,7 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 
 from controllers.nav2_params.nodes import COSTMAPS
-from controllers.nav2_params.values import values_of, with_values
+from controllers.nav2_params.values import unused_critics, values_of, with_values
 from evolution.benchmark.configurations import Configuration
 from evolution.driving import JobPlan
 from gym_mapbench.errors import ConfigError, unknown_name
@@ -124,12 +124,15 @@ def _own_value(plan: JobPlan, name: str) -> float:
     """Return the user's value of a parameter.
 
     Raises:
-        ConfigError: If there is no such parameter, or it is no number.
+        ConfigError: If there is no such parameter, or it has no effect, or is no number.
     """
     controller, key = _split(plan, name)
     known = values_of(plan.settings.navigation, controller)
     if key not in known:
         raise ConfigError(f"--sweep: {unknown_name('parameter', key, known)}")
+    critic = key.partition(".")[0]
+    if critic in unused_critics(plan.settings.navigation, controller):
+        raise ConfigError(f"--sweep: {name}: expected a critic that the controller lists, got {critic}")
     value = known[key]
     if isinstance(value, bool) or not isinstance(value, int | float):
         raise ConfigError(f"--sweep: expected a parameter that is a number, got {name} = {value!r}")

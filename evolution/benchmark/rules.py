@@ -16,7 +16,7 @@ from statistics import fmean
 from evolution.benchmark.scores import value_of
 from evolution.files import Row
 from gym_mapbench.errors import ConfigError, unknown_name
-from gym_mapbench.metrics import METRICS, WEIGHTED_BY_SUCCESS
+from gym_mapbench.metrics import METRICS, OF_EVERY_RUN
 
 COMPARISONS: dict[str, Callable[[float, float], bool]] = {
     "<=": operator.le,
@@ -61,7 +61,7 @@ MEASURES: dict[str, Measure] = {
 }
 """Measures of a controller over all maps: the share of runs at the goal; means over the runs that reached it, in s and
 m; recoveries of a run without an error; and numbers of runs that ended otherwise. Metrics are measures, too: means over
-all runs if they are weighted by success, else like ``time``."""
+all runs if they are in :data:`~gym_mapbench.metrics.OF_EVERY_RUN`, else like ``time``."""
 
 
 Owners = Mapping[str, Sequence[Row]]
@@ -102,7 +102,7 @@ class Rule:
 
 
 def _value(rows: Sequence[Row], measure: str) -> float | None:
-    mean = _mean_of_all if measure in WEIGHTED_BY_SUCCESS else _mean_of_goals
+    mean = _mean_of_all if measure in OF_EVERY_RUN else _mean_of_goals
     return MEASURES.get(measure, mean(measure))(rows)
 
 

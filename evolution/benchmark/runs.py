@@ -13,11 +13,12 @@ from pathlib import Path
 import numpy as np
 
 from evolution.benchmark.paired import WALLS
-from evolution.benchmark.scores import pair_rows, score_rows
+from evolution.benchmark.scores import pair_rows, score_rows, value_of
 from evolution.driving import Evaluator, Job, JobPlan, RunResult
 from evolution.files import Row, Table, Tabled, write_text
 from evolution.runs import Reevaluation
 from gym_mapbench.errors import refuse_unknown
+from gym_mapbench.metrics import OF_EVERY_RUN
 from gym_mapbench.world.scenario import Scenario
 
 BENCH, BENCH_TABLE = "bench.json", "bench.csv"
@@ -154,8 +155,8 @@ def _summary(rows: Sequence[Row], metrics: Sequence[str]) -> Row:
         "max s": max(times, default=None),
         "length m": _mean([row.get("path_length_m") for row in good]),
         "clearance m": _mean([row.get("min_clearance") for row in good]),
-        "recoveries": _mean([row.get("n_recoveries") for row in rows if row["outcome"] != "error"]),
-        **{name: _mean([row.get(name) for row in good]) for name in metrics},
+        "recoveries": _mean([value_of(row, "n_recoveries") for row in rows]),
+        **{name: _mean([value_of(row, name) for row in (rows if name in OF_EVERY_RUN else good)]) for name in metrics},
         "otherwise": ", ".join(f"{count} {outcome}" for outcome, count in others.items()),
     }
 

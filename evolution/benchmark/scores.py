@@ -19,7 +19,7 @@ from evolution.benchmark.paired import (
 )
 from evolution.files import Row
 from evolution.statistics import mean_interval, share_difference_interval, share_interval
-from gym_mapbench.metrics import WEIGHTED_BY_SUCCESS
+from gym_mapbench.metrics import OF_EVERY_RUN, WEIGHTED_BY_SUCCESS
 
 OF_GOALS = {
     "mean s": "time_s",
@@ -43,7 +43,8 @@ RowPairs = Sequence[tuple[Row, Row]]
 def score_rows(rows: Sequence[Row], controllers: Sequence[str], metrics: Sequence[str] = ()) -> list[Row]:
     """Return a row per controller: its goals, shares of outcomes, and means of measures and of further metrics.
 
-    The mean of a further metric is that of the runs at the goal, or of all runs if it is weighted by success.
+    The mean of a further metric is that of the runs at the goal, or of all runs if it is in
+    :data:`~gym_mapbench.metrics.OF_EVERY_RUN`.
     Of every share and mean there are also the ends of its interval, ``NAME from`` and ``NAME to``: Wilson's for shares,
     bootstrap for means. The units are those of :mod:`~evolution.benchmark.paired`; a mean of too few has None.
     """
@@ -69,7 +70,7 @@ def _score(name: str, rows: Sequence[Row], metrics: Sequence[str]) -> Row:
         hits = [(place_of(row), float(row["outcome"] == outcome)) for row in distinct]
         low, high = share_interval(share, groups_of(hits, unit))
         scored |= {column: share, f"{column} from": low, f"{column} to": high}
-    of_all = {metric: metric for metric in metrics if metric in WEIGHTED_BY_SUCCESS}
+    of_all = {metric: metric for metric in metrics if metric in OF_EVERY_RUN}
     of_goals = {metric: metric for metric in metrics if metric not in of_all}
     for chosen, columns in ((goals, OF_GOALS | of_goals), (rows, OF_ALL | of_all)):
         for column, field in columns.items():

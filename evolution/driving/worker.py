@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import logging
 from collections.abc import Callable, Iterable
 from typing import Any
 
@@ -12,6 +13,7 @@ from evolution.driving.jobs import ControllerSpec, Job, RunResult
 from evolution.driving.one_run import OnStep, environment_for, run_episode
 from evolution.driving.settings import DriveSettings
 from evolution.driving.unknown_map import check_observed, without_map
+from evolution.files import counted
 from gym_mapbench.costmap import LAYERS
 from gym_mapbench.errors import ConfigError
 from gym_mapbench.metrics import measure
@@ -20,6 +22,8 @@ from gym_mapbench.planners import PLANNERS
 from gym_mapbench.world.clearance import check_clearance
 from gym_mapbench.world.motions import MOTIONS
 from gym_mapbench.world.scenario import Scenario
+
+LOG = logging.getLogger(__name__)
 
 
 def build_controller(spec: ControllerSpec, settings: DriveSettings) -> Controller:
@@ -58,23 +62,34 @@ def try_controllers(specs: Iterable[ControllerSpec], settings: DriveSettings) ->
 def check_room(scenarios: Iterable[Scenario], settings: DriveSettings) -> None:
     """Refuse maps if the robot can stand at start and goal on none of them.
 
-    If it can on some of them, runs on the others end in ``error`` with the reason.
+    If it can on some of them, runs on the others end in ``error`` with the reason; a warning says how many.
 
     Raises:
         ConfigError: Naming the first of the maps, or a motion of a body that workers cannot find.
     """
-    problems = []
-    for scenario in scenarios:
-        for body in scenario.bodies:
-            MOTIONS.for_workers(body.motion.name)
-        try:
-            check_clearance(scenario, settings.environment.robot)
-        except ConfigError as error:
-            problems.append(f"{scenario.name}: {error}")
-        else:
-            return
-    if problems:
+    scenarios = list(scenarios)
+    problems = [f"{scenario.name}: {why}" for scenario in scenarios if (why := _why_no_room(scenario, settings))]
+    if not problems:
+        return
+    if len(problems) == len(scenarios):
         raise ConfigError(problems[0])
+    LOG.warning(
+        "no room for the robot in %d of %s, where every run ends in an error and counts as a failure; the first is %s",
+        len(problems),
+        counted(len(scenarios), "task"),
+        problems[0],
+    )
+
+
+def _why_no_room(scenario: Scenario, settings: DriveSettings) -> str:
+    """Say why the robot cannot stand at start and goal of a task; empty if it can."""
+    for body in scenario.bodies:
+        MOTIONS.for_workers(body.motion.name)
+    try:
+        check_clearance(scenario, settings.environment.robot)
+    except ConfigError as error:
+        return str(error)
+    return ""
 
 
 def drive(job: Job, watch: Callable[[Controller], object] | None = None, on_step: OnStep | None = None) -> Episode:

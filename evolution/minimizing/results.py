@@ -56,7 +56,7 @@ class Minimized(Tabled):
     def table(self, name: str = "") -> Table:
         """Return both maps as rows; with the name ``steps``, all smaller maps."""
         if name == "steps":
-            return Table(self.steps)
+            return Table({name.replace("_", " "): value for name, value in row.items()} for row in self.steps)
         sides = (("before", self.before, self.held_before), ("after", self.after, self.held_after))
         return Table(
             {

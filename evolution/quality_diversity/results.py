@@ -20,6 +20,8 @@ from pathlib import Path
 from statistics import median
 from typing import Any
 
+from pydantic import Field
+
 from evolution.driving import RunResult, derive_seed
 from evolution.files import (
     DirectoryKind,
@@ -70,6 +72,7 @@ class AtlasSummary(Document):
     held_out_runs: int
     elites: list[EliteSummary]
     history: list[Row]
+    unsolved: dict[str, int] = Field(default_factory=dict)
 
 
 @dataclass(frozen=True)
@@ -115,7 +118,10 @@ class Atlas(Tabled):
         """Return the elites as rows; or one of ``coverage``, ``sets`` and ``history``."""
         if name == "coverage":
             stages = (("search", self.found.searched), ("held-out seeds", self.found.held_out))
-            return Table({"seeds": what, **figures._asdict()} for what, figures in stages)
+            return Table(
+                {"seeds": what, "cells": one.cells, "coverage": one.coverage, "QD score": one.qd_score}
+                for what, one in stages
+            )
         if name == "sets":
             return Table(best_sets_of(self.elites, self.experiment)[1])
         if name == "history":
@@ -128,6 +134,7 @@ class Atlas(Tabled):
         return [
             f"After {found.runs} of {counted(self.settings.runs, 'run')}, {_in_words(found.searched)}.",
             *self._end(),
+            *self._unsolved(),
             f"After {counted(found.held_out_runs, 'run')} on held-out seeds, {_in_words(found.held_out)}.",
             f"Maps that a controller failed on a held-out seed: {found.dropped}. Maps that came to a cell with a "
             f"better map: {found.displaced}. Maps in another cell than in the search: {moved}.",
@@ -139,6 +146,18 @@ class Atlas(Tabled):
         if left >= most:
             return ["No further new map was found."]
         return [f"Another map may need {most}, so it was not begun."] if left else []
+
+    def _unsolved(self) -> list[str]:
+        """Say on how many maps a controller failed, and which; nothing if none did."""
+        failed = self.found.unsolved
+        if not failed:
+            return []
+        named = ", ".join(f"{name} on {count}" for name, count in failed.items())
+        maps = self.found.history[-1]["maps"]
+        return [
+            f"Maps without a cell because a controller failed: {sum(failed.values())} of {maps}. The first to fail: "
+            f"{named}."
+        ]
 
     def write(self, path: Path) -> None:
         """Write everything but the page into its directory."""
@@ -156,7 +175,14 @@ class Atlas(Tabled):
         counts = {name: getattr(found, name) for name in COUNTS}
         figures = {"searched": found.searched._asdict(), "held_out": found.held_out._asdict()}
         elites = [_elite_document(one) for one in self.elites]
-        return {**counts, **figures, "sets": list(self.table("sets")), "elites": elites, "history": list(found.history)}
+        return {
+            **counts,
+            **figures,
+            "unsolved": dict(found.unsolved),
+            "sets": list(self.table("sets")),
+            "elites": elites,
+            "history": list(found.history),
+        }
 
     def _row(self, elite: Elite) -> Row:
         names = self.experiment.plan.names
@@ -207,6 +233,7 @@ def _found(path: Path) -> AtlasSearch:
             history=tuple(summary["history"]),
             searched=GridFigures(**summary["searched"]),
             held_out=GridFigures(**summary["held_out"]),
+            unsolved=summary.get("unsolved", {}),
             **{name: summary[name] for name in COUNTS},
         )
     except (TypeError, ValueError):  # a result with another key, or more or fewer elites than maps

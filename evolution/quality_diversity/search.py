@@ -6,8 +6,9 @@ elite of a random cell. It runs on one seed; if it would enter a cell, it runs o
 
 from __future__ import annotations
 
+from collections import Counter
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 from typing import NamedTuple
 
 import numpy as np
@@ -58,6 +59,7 @@ class AtlasSearch:
         runs: Runs of the search.
         held_out_runs: Runs of the re-evaluation.
         history: One row per batch.
+        unsolved: By controller, the number of maps that have no cell because it was the first to fail on them.
     """
 
     elites: tuple[Elite, ...]
@@ -68,6 +70,7 @@ class AtlasSearch:
     runs: int
     held_out_runs: int
     history: tuple[Row, ...]
+    unsolved: Mapping[str, int] = field(default_factory=dict)
 
 
 def search_atlas(
@@ -135,6 +138,7 @@ class _Search:
     def result(self) -> AtlasSearch:
         """Re-evaluate the elites on held-out seeds, and fill a new grid with those that are still solved."""
         found, searched, runs = self.grid.elites, GridFigures.of(self.grid), self.archive.count
+        unsolved = self._unsolved()
         held_out = self._held_out({self.digests[number]: cell for cell, number in found.items()})
         grid = MapGrid(self.axes)
         numbers = [number for number in found.values() if self.digests[number] in held_out]
@@ -151,7 +155,18 @@ class _Search:
             runs=runs,
             held_out_runs=self.archive.count - runs,
             history=tuple(self.history),
+            unsolved=unsolved,
         )
+
+    def _unsolved(self) -> dict[str, int]:
+        """Return the number of maps on which each controller was the first to fail; those who never were left out."""
+        failed = Counter(
+            name
+            for digest in self.digests
+            for name, runs in zip(self.archive.plan.names, self.archive.results(digest), strict=True)
+            if not all(run.success for run in runs)
+        )
+        return dict(failed.most_common())
 
     def _new_maps(self, count: int) -> dict[str, Scenario]:
         """Return up to ``count`` maps that were not evaluated before, by digest."""

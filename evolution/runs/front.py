@@ -82,7 +82,7 @@ def front_sentence(front: Sequence[Row], individuals: Sequence[Row], names: Sequ
     after = box.volume_of(_table([row for row in again if row["remains"]], [HELD_OUT + name for name in names]))
     goals, runs = (sum(row[name] for row in again) for name in ("goals", "runs"))
     return [
-        f"{_remaining(len(front), len(again), sum(row['remains'] for row in again))} Their hypervolume is {after:.2f}, "
+        f"{_remaining(len(front), len(again), sum(row['remains'] for row in again))} The hypervolume is {after:.2f}, "
         f"where the search reported {before:.2f}. {goals} of {counted(runs, 'run')} reach the goal."
     ]
 

@@ -71,6 +71,7 @@ class EnvConfig(ExtendedSettings):
         reward: Weights of the reward's terms.
     """
 
+    meant: ClassVar[Mapping[str, str]] = {"max_episode_steps": "expected 'time_limit', in s"}
     newer: ClassVar[tuple[str, ...]] = ("plant", "people")
 
     maps: Maps = None

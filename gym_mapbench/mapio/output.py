@@ -17,6 +17,8 @@ Files = dict[str, str | bytes]
 """Contents by path below the folder they belong in."""
 
 _NAME = re.compile(r"[A-Za-z0-9][A-Za-z0-9_.-]{0,99}")
+_RENAMING = {"map": "; rename its file, or the map in its map-set file"}
+"""What to do about a name that cannot be a file name, by what has it."""
 
 
 def check_names(what: str, names: Sequence[str], reserved: Sequence[str] = ()) -> None:
@@ -30,7 +32,8 @@ def check_names(what: str, names: Sequence[str], reserved: Sequence[str] = ()) -
     seen = set(reserved)
     for name in names:
         if not _NAME.fullmatch(name):
-            raise ConfigError(f"{what} {name!r}: expected a name of letters, digits, '_', '-' and '.'")
+            hint = _RENAMING.get(what, "")
+            raise ConfigError(f"{what} {name!r}: expected a name of letters, digits, '_', '-' and '.'{hint}")
         if name in seen:
             raise ConfigError(f"{what} {name!r}: expected every name once, got it again (or it is reserved)")
         seen.add(name)

@@ -156,7 +156,11 @@ MORE_IS_BETTER = frozenset({"min_clearance", "mean_clearance", "spl", "barn_scor
 """Names of the metrics of which a larger value is the better one."""
 
 WEIGHTED_BY_SUCCESS = frozenset({"spl", "barn_score"})
-"""Names of the metrics that are 0 for a failure; their mean is that of all runs, not of those that reached the goal."""
+"""Names of the metrics that are 0 for a failure."""
+
+OF_EVERY_RUN = WEIGHTED_BY_SUCCESS.union(name for name in METRICS.built_in if name.startswith("n_"))
+"""Names of the metrics whose mean is that of all runs, not of those that reached the goal: the metrics of
+:data:`WEIGHTED_BY_SUCCESS`, and the counts, as a run that ends by a collision counts it."""
 
 
 def measure(episode: Episode, also: Iterable[str] = ()) -> dict[str, float]:

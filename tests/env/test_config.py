@@ -30,6 +30,7 @@ def test_defaults_are_the_thesis_world():
 @pytest.mark.parametrize(
     ("options", "message"),
     [
+        ({"max_episode_steps": 3}, r"unknown key 'max_episode_steps'; expected 'time_limit', in s, got 3"),
         ({"tiem_limit": 3}, r"unknown key 'tiem_limit'; did you mean 'time_limit'\?, got 3"),
         ({"time_limit": -1}, r"time_limit: expected greater than 0, got -1"),
         ({"robot": "jakal"}, r"robot: unknown robot 'jakal'; did you mean 'jackal'\?"),

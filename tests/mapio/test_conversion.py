@@ -61,10 +61,12 @@ def test_no_file_is_replaced(tmp_path, suffix):
     assert contents(tmp_path) == before
 
 
-@pytest.mark.parametrize("name", ["../up", "a/b", "", "..", "con\0"])
+@pytest.mark.parametrize("name", ["../up", "a/b", "", "..", "con\0", "my map"])
 @pytest.mark.parametrize("form", ["map_server", "image", "movingai"])
 def test_names_stay_in_the_folder(tmp_path, name, form):
-    with pytest.raises(ConfigError, match="expected a name of letters"):
+    with pytest.raises(
+        ConfigError, match=r"expected a name of letters.*; rename its file, or the map in its map-set file"
+    ):
         write_maps([TaskedMap(name, BARE.grid)], tmp_path / "out", form)
     assert not (tmp_path / "out").exists()
 

@@ -221,10 +221,11 @@ def test_sobol_points_are_in_range_and_repeat():
         ("rpp.lookahead_dist=a", None, "expected CONTROLLER.PARAMETER=VALUE"),
         ("rpp.allow_reversing=1", None, "expected a parameter that is a number"),
         ("rpp.lookahead_dist=1", 4, "expected the lowest and the highest value"),
+        ("dwb.Twirling.scale=1,2", None, "expected a critic that the controller lists, got Twirling"),
     ],
 )
 def test_bad_sweeps(text, samples, message):
-    plan = configuration_of("own", "thesis", ["rpp"]).plan
+    plan = configuration_of("own", "thesis", ["rpp", "dwb"]).plan
     with pytest.raises(ConfigError, match=message):
         sweep(plan, [read_sweep(text)], samples)
 
@@ -323,6 +324,37 @@ def test_the_verdict_of_a_sweep_names_all_values_with_the_most_goals(goals, expe
     assert often == expected
     assert shown == "No value is shown to differ from a."
     assert few == "Intervals and tests count runs and are about this map only, as there are fewer than five maps."
+
+
+def swept(times):
+    """Return a comparison of the values x and y of two keys, whose run takes the time that is given."""
+    rows = tuple(run(f"{x}{y}", "m", "goal", time) for (x, y), time in times.items())
+    keys = (
+        {"key": "x", **{f"{x}{y}": str(x) for x, y in times}},
+        {"key": "y", **{f"{x}{y}": str(y) for x, y in times}},
+    )
+    return ParameterComparison(rows, keys, against_first=True)
+
+
+@pytest.mark.parametrize(
+    ("times", "idle"),
+    [
+        ({(1, 1): 5.0, (1, 2): 5.0, (2, 1): 5.0, (2, 2): 5.0}, "x, y"),
+        ({(1, 1): 5.0, (1, 2): 6.0, (2, 1): 5.0, (2, 2): 6.0}, "x"),
+        ({(1, 1): 5.0, (1, 2): 5.0, (2, 1): 6.0, (2, 2): 5.5}, None),
+        ({(1, 1): 5.0, (2, 2): 5.0, (3, 3): 5.0}, "x, y"),
+        ({(1, 1): 5.0, (2, 2): 5.0, (3, 3): 6.0}, None),
+    ],
+)
+def test_a_key_that_changes_no_run_is_named(times, idle):
+    said = [line for line in verdict_of_comparison(swept(times)) if line.startswith("Without effect")]
+    assert [line.split(". ")[0] for line in said] == ([] if idle is None else [f"Without effect in these runs: {idle}"])
+
+
+def test_nothing_is_without_effect_in_runs_that_ended_in_an_error():
+    found = swept({(1, 1): 5.0, (2, 1): 5.0})
+    failed = replace(found, rows=tuple({**row, "outcome": "error"} for row in found.rows))
+    assert not [line for line in verdict_of_comparison(failed) if line.startswith("Without effect")]
 
 
 def test_times_of_a_sweep_are_compared_where_both_reach_the_goal():

@@ -11,7 +11,12 @@ NAMES = ("dwb", "my.mppi")
 
 
 def run(controller, outcome, time_s, recoveries):
-    measures = {"n_recoveries": recoveries, "spl": None if outcome == "error" else float(outcome == "goal")}
+    contacts = None if outcome == "error" else float(outcome == "collision")
+    measures = {
+        "n_recoveries": recoveries,
+        "n_contacts": contacts,
+        "spl": None if outcome == "error" else float(outcome == "goal"),
+    }
     return {"map": "a", "controller": controller, "outcome": outcome, "time_s": time_s, **measures}
 
 
@@ -37,7 +42,8 @@ ROWS = [
         ("collisions>0", "collisions>0: dwb 1"),
         ("my.mppi.timeouts!=0", "my.mppi.timeouts!=0: my.mppi 1"),
         ("my.mppi.recoveries==4", "my.mppi.recoveries==4: my.mppi 4"),  # an error counts no recoveries
-        ("dwb.n_recoveries>=1", "dwb.n_recoveries>=1: dwb 1"),  # a metric
+        ("dwb.n_recoveries>0.5", "dwb.n_recoveries>0.5: dwb 0.75"),  # a metric
+        ("dwb.n_contacts>0", "dwb.n_contacts>0: dwb 0.25"),  # a collision ends a run, and counts
         ("spl<0.8", "spl<0.8: dwb 0.75, my.mppi 0"),  # a failure counts 0
         ("errors>1", None),
         ("my.mppi.success<dwb.success", "my.mppi.success<dwb.success: my.mppi 0, dwb 0.75"),

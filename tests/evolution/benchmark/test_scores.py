@@ -48,6 +48,17 @@ def test_spl_is_at_most_the_success_also_with_errors():
     assert (score["success"], score["spl"], score["recoveries"]) == (0.75, 0.75, 1.0)
 
 
+def test_counts_and_weighted_metrics_are_of_every_run_in_all_tables():
+    """A collision ends a run, so no run at the goal counts one."""
+    rows = runs("a", [10.0] * 3, path_length_m=5.0, n_contacts=0.0, barn_score=0.4, jerk=1.0)
+    rows += [{**row, "map": "map_0"} for row in runs("a", [3.0], "collision", n_contacts=1.0, barn_score=0.0, jerk=9.0)]
+    names = ("n_contacts", "barn_score", "jerk")
+    (score,) = score_rows(rows, ("a",), names)
+    assert [score[name] for name in names] == [0.25, pytest.approx(0.3), 1.0]
+    summary = Benchmark(tuple(rows), names).table()[0]
+    assert [summary[name] for name in names] == [0.5, pytest.approx(0.2), 1.0]
+
+
 def test_pairs_are_runs_on_the_same_map_and_noise():
     rows = (
         runs("a", [10.0] * 6)

@@ -131,6 +131,7 @@ def test_ctrl_c_while_a_command_is_imported_is_one_line(monkeypatch, capsys):
         (["export", OFFICE, "--format", "gazeboo", "--out", "x"], "gazebo"),
         (["import-results", "nowhere.csv", "--ours", "nowhere"], "nowhere"),
         (["evolv"], "evolve"),
+        (["--quiet", "bench", OFFICE], "mapbench: --quiet: expected COMMAND first, as in mapbench bench --quiet"),
         (["evolve", "foo"], "mapbench evolve: unrecognized arguments: foo"),
         (["maps", "convert", OFFICE, "b.yaml", "--start", "1,1,0"], "mapbench maps convert: unrecognized arguments"),
     ],
@@ -161,12 +162,17 @@ def test_what_cannot_be_written_gets_one_line(tmp_path, capsys, monkeypatch):
     assert line == "mapbench maps: film.gif: No space left on device\n"
 
 
-def test_one_map_without_room_spoils_no_benchmark():
-    (free,) = load_scenarios(OFFICE)
+def test_one_map_without_room_spoils_no_benchmark(caplog):
+    (free,), settings = load_scenarios(OFFICE), DriveSettings(navigation="thesis")
     blocked = replace(free, start=Pose(0.1, 3.0, 0.0))
-    check_room([blocked, free], DriveSettings(navigation="thesis"))
+    check_room([free], settings)
+    assert not caplog.messages
+    check_room([blocked, free, blocked], settings)
+    (said,) = caplog.messages
+    assert said.startswith("no room for the robot in 2 of 3 tasks,")
+    assert "the first is office: start: expected room" in said
     with pytest.raises(ConfigError, match="office: start: expected room"):
-        check_room([blocked, blocked], DriveSettings(navigation="thesis"))
+        check_room([blocked, blocked], settings)
 
 
 def test_controllers_faster_than_the_world_are_refused(tmp_path, capsys):

@@ -182,6 +182,17 @@ def test_converting_gives_foxys_back_up_todays_name(humble, tmp_path):
     assert "    behavior_plugins: [spin, backup]\n    backup.plugin: a/B\n" in text
 
 
+@pytest.mark.parametrize(("tree", "kept"), [("default_bt_xml_filename", None), ("/opt/tree.xml", "/opt/tree.xml")])
+def test_a_tree_that_an_older_launch_file_gave_is_no_file(tree, kept, humble, tmp_path, capsys):
+    given = yaml.safe_load(HUMBLE)
+    given["bt_navigator"]["ros__parameters"]["default_bt_xml_filename"] = tree
+    humble.write_text(yaml.safe_dump(given))
+    node = yaml.safe_load(converted(tmp_path, humble, "jazzy").read_text())["bt_navigator"]["ros__parameters"]
+    assert node.get("default_nav_to_pose_bt_xml") == kept
+    assert "default_bt_xml_filename" not in node
+    assert ("taken out: a word that an older launch file replaces" in capsys.readouterr().err) == (kept is None)
+
+
 def test_converting_finds_nodes_inside_a_node(humble, tmp_path):
     inside = "local_costmap:\n  ros__parameters: {use_sim_time: true}\n  local_costmap:\n"
     layers = "observation_sources: scan, scan: {obstacle_range: 2.0}"

@@ -12,7 +12,7 @@ import pytest
 from evolution import load
 from evolution.cli import main
 from evolution.driving import Evaluator, RunResult, resources
-from evolution.quality_diversity import ELITES, AtlasSettings, run_atlas, search_atlas
+from evolution.quality_diversity import ELITES, Atlas, AtlasSettings, run_atlas, search_atlas
 from evolution.quality_diversity.elites import boundary_length
 from evolution.search import EvolveSettings, Experiment
 from gym_mapbench.errors import ConfigError, RunError
@@ -78,6 +78,19 @@ def test_maps_that_fail_on_held_out_seeds_are_dropped():
     assert found.searched.cells == found.dropped == 1
     assert found.elites == ()
     assert found.held_out.qd_score == 0.0
+
+
+def test_an_atlas_without_maps_says_who_failed():
+    def fails(job):
+        return RunResult("timeout" if job.controller.name == "rpp" else "goal", 10.0, 5.0, seed=job.seed)
+
+    found = search(drive=fails)
+    maps = found.history[-1]["maps"]
+    assert found.unsolved == {"rpp": maps}
+    said = Atlas(EXPERIMENT, SETTINGS, found).sentences()
+    assert (
+        f"Maps without a cell because a controller failed: {maps} of {maps}. The first to fail: rpp on {maps}." in said
+    )
 
 
 def moves(job):

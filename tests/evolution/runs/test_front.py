@@ -37,4 +37,4 @@ def test_a_front_that_is_better_on_held_out_seeds_dominates_the_whole_box_and_no
     (sentence,) = front_sentence(
         [a_set(1) | {"held_out_fitness": -1.5}], [{"fitness": -1.0, "n_obstacles": 3.0}], ["fitness", "n_obstacles"]
     )
-    assert "Their hypervolume is 1.00, where the search reported 1.00." in sentence
+    assert "The hypervolume is 1.00, where the search reported 1.00." in sentence
