@@ -26,8 +26,20 @@ from gym_mapbench.registry import accepted_keywords
 from gym_mapbench.settings import Settings
 from gym_mapbench.world.lidar import LidarSettings
 
-UNLEARNED = {"ent_coef": 0.0, "buffer_size": 1, "n_steps": 1}
+UNLEARNED = {
+    "learning_rate": 0.0,
+    "clip_range": 0.0,
+    "ent_coef": 0.0,
+    "buffer_size": 1,
+    "n_steps": 1,
+    "train_freq": 1,
+    "optimize_memory_usage": False,
+    "replay_buffer_kwargs": {},
+    "rollout_buffer_kwargs": {},
+}
 """Hyperparameters of a model that only predicts; SAC makes an optimizer for an entropy coefficient that is learned."""
+PREDICTING = ("policy_class", "policy_kwargs", "observation_space", "action_space")
+"""Attributes that a model needs to predict."""
 LEARNED_ENTROPY = ("ent_coef_optimizer.pth", "pytorch_variables.pth")
 """Parts of a file that hold the entropy coefficient of SAC; other algorithms have nothing in them."""
 
@@ -160,10 +172,11 @@ def load_sb3(path: str | Path, name: str) -> PolicyController | TrainedPolicy:
 
 
 def _load_to_predict(algorithm: Any, path: str | Path, data: dict[str, Any]) -> Any:
-    """Load a model without what only learning needs: its optimizers and its replay buffer.
+    """Load a model without what only learning needs: its optimizers, its replay buffer, and pickled attributes.
 
     Making an optimizer imports the compiler of torch (2 s in each process). The buffer of an off-policy model has
-    gigabytes in its default size.
+    gigabytes in its default size. A schedule of the learning rate is compiled for the Python that saved it; another
+    Python does not load it, or crashes when it calls it.
 
     Args:
         algorithm: The class of Stable-Baselines3 that loads it.
@@ -178,7 +191,12 @@ def _load_to_predict(algorithm: Any, path: str | Path, data: dict[str, Any]) -> 
         saved = json_to_data(json.dumps({"policy_kwargs": data.get("policy_kwargs", {})}))
     kwargs = {**saved["policy_kwargs"], "optimizer_class": _NoOptimizer}
     parts = uncompressed(path, but=LEARNED_ENTROPY)
-    return algorithm.load(parts, device="cpu", custom_objects={**UNLEARNED, "policy_kwargs": kwargs})
+    unread = {name: None for name, value in data.items() if _is_pickled(value) and name not in PREDICTING}
+    return algorithm.load(parts, device="cpu", custom_objects={**unread, **UNLEARNED, "policy_kwargs": kwargs})
+
+
+def _is_pickled(attribute: object) -> bool:
+    return isinstance(attribute, dict) and ":serialized:" in attribute
 
 
 class _NoOptimizer:

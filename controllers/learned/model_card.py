@@ -30,7 +30,7 @@ SCANNER = ("beams", "range_max", "angle_min", "angle_increment")
 NO_CARD = (
     "has no card, so it decides at the world's control_hz and sees with the world's sensors, in the sizes of its "
     "observation space: angles of the scan, spacing of the path and all else may differ from its training, and "
-    "wrappers that change observations or actions (VecNormalize, RescaleAction) do not act"
+    "wrappers that change observations or actions (VecNormalize, VecFrameStack, RescaleAction) do not act"
 )
 """What is assumed of a model without a card, for a note to the user."""
 

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import logging
+import sys
 from collections.abc import Callable, Iterable
 from typing import Any
 
@@ -105,6 +106,7 @@ def drive(job: Job, watch: Callable[[Controller], object] | None = None, on_step
         settings = settings.replace(navigation=without_map(settings.navigation, job.scenario.map))
     controller = build_controller(job.controller, settings)
     env = environment_for(settings.environment, controller, own_goal_check=settings.own_goal_check)
+    _seed_pytorch(job.seed)
     return run_episode(
         env,
         controller,
@@ -115,6 +117,12 @@ def drive(job: Job, watch: Callable[[Controller], object] | None = None, on_step
         watch=watch,
         on_step=on_step,
     )
+
+
+def _seed_pytorch(seed: int) -> None:
+    """Let the global generator of PyTorch, from which a policy may sample, start from a seed, if it is loaded."""
+    if (torch := sys.modules.get("torch")) is not None:
+        torch.manual_seed(seed)
 
 
 def run_job(job: Job, on_step: OnStep | None = None) -> RunResult:

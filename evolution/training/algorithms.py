@@ -7,7 +7,7 @@ import importlib.util
 import inspect
 import io
 import warnings
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping
 from contextlib import contextmanager, nullcontext
 from operator import attrgetter
 from pathlib import Path
@@ -44,10 +44,16 @@ KINDS: dict[type, tuple[str, Any]] = {
     float: ("a number", int | float),
 }
 """What a hyperparameter may be, by the type of its default."""
+UNSET = ("clip_range_vf", "target_kl")
+"""Numbers without a default; they may be left out by null."""
 SHARES = ("gamma", "gae_lambda", "tau")
 """Hyperparameters of 0 to 1."""
-LOWEST = {"learning_starts": 0, "gradient_steps": -1, "sde_sample_freq": -1}
-"""The least of whole numbers, where it is not 1; -1 stands for a rule of Stable-Baselines3."""
+POSITIVE = ("clip_range", "clip_range_vf", "max_grad_norm", "target_kl")
+"""Hyperparameters above 0; an update with another value learns nothing or the opposite."""
+NOT_NEGATIVE = ("ent_coef", "vf_coef", "target_policy_noise", "target_noise_clip")
+"""Hyperparameters of at least 0."""
+BY_RULE = ("gradient_steps", "sde_sample_freq")
+"""Whole numbers for which -1 stands for a rule of Stable-Baselines3."""
 HUGE = 1e6
 """Size of a weight from which on a network counts as diverged."""
 
@@ -86,9 +92,12 @@ def check_model(settings: TrainSettings) -> None:
     Raises:
         ConfigError: If a hyperparameter cannot be used, or Stable-Baselines3 is not installed.
     """
+    check_hyperparameters(settings)
+    from stable_baselines3.common.vec_env import DummyVecEnv
+
     with warnings.catch_warnings():
-        warnings.simplefilter("ignore")  # about sizes that only fit the number of worlds that there will be
-        make_model(settings, Blank(settings), None)
+        warnings.simplefilter("ignore")  # they are given when the training begins
+        make_model(settings, DummyVecEnv([lambda: Blank(settings)] * settings.envs), None)
 
 
 def check_hyperparameters(settings: TrainSettings) -> None:
@@ -101,10 +110,14 @@ def check_hyperparameters(settings: TrainSettings) -> None:
     known = {name: parameter.default for name, parameter in parameters.items() if name not in OURS}
     for name, value in settings.hyperparameters.items():
         refuse_unknown(f"hyperparameter of {settings.algorithm}", name, known)
-        kind = KINDS.get(type(known[name]))
+        if value is None and known[name] is None:
+            continue
+        default = 0.0 if name in UNSET else known[name]
+        kind = KINDS.get(type(default))
         if kind is not None and not (isinstance(value, kind[1]) and isinstance(value, bool) == (kind[1] is bool)):
             raise ConfigError(f"hyperparameters.{name}: expected {kind[0]}, got {value!r:.80}")
-        _check_range(name, value, known[name])
+        _check_range(name, value, default)
+    _check_learning_starts(settings, known)
 
 
 def is_sound(model: Any) -> bool:
@@ -154,7 +167,7 @@ def make_model(settings: TrainSettings, worlds: Any, logs: Path | None) -> Any:
             **explored,
             **settings.hyperparameters,
         )
-    except (TypeError, ValueError, AssertionError) as error:
+    except (TypeError, ValueError, AttributeError, AssertionError, RuntimeError) as error:
         reason = " ".join(str(error).split())[:200]
         raise ConfigError(f"hyperparameters of {settings.algorithm}: cannot be used ({reason})") from None
     if logs is None:  # the logger that Stable-Baselines3 would make leaves a folder among the temporary files
@@ -240,8 +253,23 @@ def _forgetful(model: Any) -> Iterator[None]:
 def _check_range(name: str, value: Any, default: Any) -> None:
     if name in SHARES and not 0 <= value <= 1:
         raise ConfigError(f"hyperparameters.{name}: expected 0 to 1, got {value}")
-    if type(default) is int and value < (lowest := LOWEST.get(name, 1)):
-        raise ConfigError(f"hyperparameters.{name}: expected at least {lowest}, got {value}")
+    if name in POSITIVE and value <= 0:
+        raise ConfigError(f"hyperparameters.{name}: expected more than 0, got {value}")
+    if name in NOT_NEGATIVE and isinstance(value, int | float) and value < 0:
+        raise ConfigError(f"hyperparameters.{name}: expected at least 0, got {value}")
+    lowest, by_rule = int(name != "learning_starts"), name in BY_RULE
+    if type(default) is int and value < lowest and not (by_rule and value == -1):
+        raise ConfigError(f"hyperparameters.{name}: expected at least {lowest}{', or -1' * by_rule}, got {value}")
+
+
+def _check_learning_starts(settings: TrainSettings, known: Mapping[str, Any]) -> None:
+    """Refuse a training that ends before its algorithm begins to learn."""
+    name = "learning_starts"
+    if name in known and settings.steps <= (starts := settings.hyperparameters.get(name, known[name])):
+        raise ConfigError(
+            f"steps: expected more than hyperparameters.{name}, {starts}, as {settings.algorithm} learns nothing "
+            f"before, got {settings.steps}"
+        )
 
 
 def _noise(deviation: float) -> Any:

@@ -53,6 +53,7 @@ def continued_model(settings: TrainSettings, path: Path, worlds: Any, logs: Path
         reason = " ".join(str(error).split())[:200]
         raise RunError(f"{path}: cannot be continued as a model of {settings.algorithm} ({reason})") from None
     vars(model).update(counted)
+    model.set_random_seed(settings.seed_after(model.num_timesteps))
     return model
 
 

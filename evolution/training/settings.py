@@ -6,6 +6,7 @@ from collections.abc import Mapping
 from pathlib import Path
 from typing import Annotated, Any, Literal, Self
 
+import numpy as np
 from pydantic import Field, JsonValue, field_validator, model_validator
 
 from controllers.learned import EncodingSettings
@@ -208,6 +209,13 @@ class TrainSettings(Settings):
         if self.action_noise and self.algorithm == "ppo":
             raise ConfigError(f"action_noise: expected 0, as ppo samples its actions, got {self.action_noise:g}")
         return self
+
+    def seed_after(self, steps: int) -> int:
+        """Return the seed of a training that goes on after some steps: another one after each number of steps.
+
+        The samples of exploration and of the worlds' noise would otherwise be those of the first steps again.
+        """
+        return self.seed if steps == 0 else int(np.random.SeedSequence((self.seed, steps)).generate_state(1)[0])
 
     @property
     def judged_world(self) -> EnvConfig:

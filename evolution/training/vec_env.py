@@ -49,7 +49,7 @@ class TrainingWorlds(VecEnv):
             settings.world,
             settings.encoding,
             lambda: levels.next(self.progress),
-            settings.seed,
+            settings.seed_after(done),
             settings.shaping,
         )
         self._returns = np.zeros(settings.envs)

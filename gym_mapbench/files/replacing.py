@@ -8,6 +8,7 @@ from __future__ import annotations
 
 import errno
 import os
+import re
 import secrets
 from collections.abc import Iterator
 from contextlib import contextmanager, suppress
@@ -18,9 +19,21 @@ WITHOUT_LINKS = (errno.EPERM, errno.ENOTSUP, errno.EOPNOTSUPP)
 """Errors of file systems that have no hard links."""
 
 
+PARTIAL = re.compile(r"\..+\.[0-9a-f]{8}")
+"""Names of files that are being written."""
+
+
 def _partial(path: Path) -> Path:
     """Return another name beside a file, which no other writer has."""
     return path.with_name(f".{path.name}.{secrets.token_hex(4)}")
+
+
+def remove_partial(folder: Path) -> None:
+    """Remove what killed processes have left of files that they were writing in a folder; no other may write there."""
+    for entry in folder.iterdir():
+        if PARTIAL.fullmatch(entry.name):
+            with suppress(OSError):
+                entry.unlink()
 
 
 @contextmanager

@@ -159,6 +159,22 @@ class TestStableBaselines3:
         with pytest.raises(ConfigError, match=r"Could not deserialize object policy_kwargs.*has no len\(\)\)$"):
             load_sb3(tmp_path / "other.zip", "x")
 
+    @pytest.mark.parametrize("algorithm", ["PPO", "SAC"])
+    def test_what_only_learning_needs_is_not_unpickled(self, sb3, algorithm, tmp_path):
+        """A schedule that another Python compiled is not loaded, or crashes the process when it is called."""
+        replay = {"buffer_size": 10, "train_freq": (1, "episode")} if algorithm == "SAC" else {"clip_range": abs}
+        model = getattr(sb3, algorithm)("MultiInputPolicy", Room(), learning_rate=lambda left: 3e-4 * left, **replay)
+        model.save(tmp_path / "whole.zip")
+        data = model_data(tmp_path / "whole.zip")
+        learning = [name for name in data if name in ("learning_rate", "lr_schedule", "clip_range", "train_freq")]
+        for name in learning:
+            data[name][":serialized:"] = base64.b64encode(b"of another Python").decode()
+        rewrite(tmp_path / "whole.zip", tmp_path / "other.zip", data=json.dumps(data))
+        controller = load_sb3(tmp_path / "other.zip", "x")
+        controller.reset(context())
+        share, _ = model.predict(OBSERVATION, deterministic=True)
+        assert controller.act(OBSERVATION)[1] == pytest.approx(share[1] * 1.9, abs=1e-6)
+
 
 def rewrite(source, target, **changes):
     """Copy a model file, compressed and with other parts; None leaves a part out."""

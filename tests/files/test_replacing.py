@@ -9,7 +9,7 @@ from functools import partial
 
 import pytest
 
-from gym_mapbench.files.replacing import create_at_once, replaced_at_once
+from gym_mapbench.files.replacing import create_at_once, remove_partial, replaced_at_once
 
 
 def test_a_file_is_replaced_in_one_step(tmp_path):
@@ -30,6 +30,18 @@ def test_an_error_leaves_it_as_it_was_and_nothing_beside_it(tmp_path):
         target.writelines([b"aft", None])
     assert file.read_bytes() == b"before"
     assert list(tmp_path.iterdir()) == [file]
+
+
+def test_what_a_killed_process_left_is_removed_and_nothing_else(tmp_path):
+    others = {tmp_path / name for name in (".gitignore", ".a.csv.swp", "a.0123abcd", ".config.settings")}
+    for file in others:
+        file.touch()
+    with replaced_at_once(tmp_path / "a.zip") as file:
+        (left,) = set(tmp_path.iterdir()) - others
+        remove_partial(tmp_path)
+        assert not left.exists()
+        left.touch()
+    assert {*tmp_path.iterdir()} == {*others, tmp_path / "a.zip"}
 
 
 def test_a_link_is_replaced_and_its_target_stays(tmp_path):

@@ -1,14 +1,16 @@
 from __future__ import annotations
 
 import random
+from dataclasses import replace
 from types import SimpleNamespace
 
 import numpy as np
 import pytest
 
 from controllers.base import STOP
+from controllers.registry import CONTROLLERS
 from controllers.rl import as_controller
-from evolution.driving import DriveSettings, RunResult, check_room
+from evolution.driving import ControllerSpec, DriveSettings, JobPlan, RunResult, check_room, drive
 from evolution.driving.one_run import environment_for, run_episode
 from evolution.driving.pool import attempt
 from gym_mapbench.env.config import EnvConfig
@@ -117,4 +119,14 @@ def test_global_generators_start_from_the_seed_of_a_job():
         return RunResult("goal", time_s=random.random(), path_length_m=float(np.random.random()))  # noqa: NPY002
 
     first, second, other = (attempt(run, SimpleNamespace(seed=seed)) for seed in (2**63 - 1, 2**63 - 1, 4))
+    assert first == second != other
+
+
+def test_a_policy_that_samples_with_pytorch_drives_the_same_way_by_the_same_seed(monkeypatch):
+    torch = pytest.importorskip("torch")
+    sampling = as_controller(lambda observation: (0.1 * float(torch.rand(1)), 0.0), "sampling", ("goal",))
+    monkeypatch.setitem(CONTROLLERS._entries, "sampling", lambda: sampling)
+    settings = DriveSettings(environment={"time_limit": 0.5}, navigation="thesis")
+    (job,) = JobPlan((ControllerSpec(name="sampling"),), settings).jobs(SCENARIO)
+    first, second, other = (drive(each).trajectory[-1].tolist() for each in (job, job, replace(job, seed=4)))
     assert first == second != other

@@ -11,16 +11,25 @@ from controllers.learned import read_card
 from evolution import load, train
 from evolution.training import directory, learning
 from evolution.training.algorithms import Blank, make_model
-from evolution.training.continuing import load_experience, load_statistics, save_experience, save_statistics
+from evolution.training.continuing import (
+    continued_model,
+    load_experience,
+    load_statistics,
+    save_experience,
+    save_statistics,
+)
 from evolution.training.directory import TrainingDir
 from evolution.training.evaluation import Judgement
+from evolution.training.learning import make_levels
 from evolution.training.levels import RandomLevels
 from evolution.training.record import Recorder
 from evolution.training.settings import train_settings
 from gym_mapbench.errors import RunError
-from tests.evolution.training.test_learning import rooms, small
+from tests.evolution.training.test_learning import SMALL, rooms, small
 
 pytest.importorskip("stable_baselines3")
+
+from evolution.training.vec_env import TrainingWorlds
 
 
 def interrupted(path, algorithm="ppo", at=160, **changes):
@@ -46,6 +55,24 @@ def test_a_continued_curriculum_goes_on_where_it_stood(tmp_path, monkeypatch):
     monkeypatch.setattr(RandomLevels, "_draw", noted)
     train(resume=tmp_path / "run")
     assert min(seen) >= stopped.state["steps"] / 320
+
+
+def test_a_continued_training_has_other_samples_of_exploration_and_noise(tmp_path):
+    import torch
+
+    stopped = interrupted(tmp_path / "run")
+    settings = train_settings("ppo", small(world={**SMALL["world"], "noise": "nominal"}))
+    samples, noises, level = [], [], rooms(1)
+    for done in (0, stopped.state["steps"], stopped.state["steps"]):
+        worlds = TrainingWorlds(settings, make_levels(settings, level, []), done)
+        if done:
+            continued_model(settings, tmp_path / "run" / "model.zip", worlds, None)
+        else:
+            make_model(settings, worlds, None)
+        samples.append(float(torch.rand(1)))
+        noises.append(worlds.reset().tolist())
+    for first, continued, again in (samples, noises):
+        assert first != continued == again
 
 
 class Killed(BaseException):
@@ -169,8 +196,10 @@ def test_a_training_that_was_killed_when_it_had_its_options_only_is_continued(tm
         patch.setattr(TrainingDir, "complete", die)
         with pytest.raises(Killed):
             train("ppo", config=small(), out=tmp_path / "run")
+    (tmp_path / "run" / ".replay_buffer.npz.0123abcd").write_bytes(b"half of it")
     assert train(resume=tmp_path / "run").finished
     assert (tmp_path / "run" / "README.txt").is_file()
+    assert not [*(tmp_path / "run").rglob(".*")]
 
 
 def test_statistics_of_another_step_than_the_model_s_are_reported(tmp_path, caplog):
