@@ -7,11 +7,9 @@ from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from statistics import median
 
-import numpy as np
-
 from evolution.benchmark.runs import Benchmark
 from evolution.runs import LoadedRun
-from evolution.search import gini
+from evolution.search import gini, order_of
 from evolution.statistics import rank_correlation
 from gym_mapbench.errors import MapFormatError
 from gym_mapbench.mapio.runner_results import RunnerResult
@@ -169,10 +167,9 @@ def _order_kept(pairs: Sequence[Pair]) -> dict[str, bool]:
 
 
 def _places(pairs: Sequence[Pair], names: Sequence[str], side: Callable[[Pair], float]) -> dict[str, int]:
-    """Return the rank of each map by the Gini coefficient of its controllers' times."""
+    """Return the rank of each map by the Gini coefficient of its controllers' times; equal ones share a rank."""
     scores = [gini([side(pair) for pair in pairs if pair.map == name]) for name in names]
-    order = np.argsort(scores, kind="stable")
-    return {names[index]: place for place, index in enumerate(order.tolist())}
+    return dict(zip(names, order_of(scores) or (), strict=True))
 
 
 def _finite(pair: Pair) -> bool:

@@ -6,8 +6,6 @@ from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 from typing import NamedTuple, Protocol, TypeVar
 
-import numpy as np
-
 
 class JudgedMap(NamedTuple):
     """What a map contributes to any set.
@@ -89,13 +87,17 @@ def best_of(judged: Iterable[T]) -> T:
 
 
 def order_of(scores: Sequence[float | None]) -> tuple[int, ...] | None:
-    """Return the places of the maps in order of their scores, the smallest first; None if a map has no score."""
+    """Return the rank of each map by its score, 0 for the smallest; equal scores share one. None if a score is missing.
+
+    Cluster scores and numbers of groups are often equal, because they have a smallest and a largest value.
+    """
     known = [score for score in scores if score is not None]
-    return tuple(int(place) for place in np.argsort(known, kind="stable")) if len(known) == len(scores) else None
+    ranks = {score: rank for rank, score in enumerate(sorted(set(known)))}
+    return tuple(ranks[score] for score in known) if len(known) == len(scores) else None
 
 
 def order_kept(trials: Iterable[Judgement], scores: Sequence[float | None], ordered: bool) -> list[bool]:
-    """Return for each trial whether the scores of its maps have the order of given scores.
+    """Return for each trial whether the scores of its maps have the ranks of given scores.
 
     Args:
         trials: Judgements of trials of a set.

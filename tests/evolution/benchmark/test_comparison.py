@@ -109,6 +109,14 @@ def test_changed_order_is_said():
     assert compare(ours, theirs).order_kept == {"a": False, "b": False}
 
 
+@pytest.mark.parametrize("names", ["abc", "acb"])
+def test_equal_maps_share_a_rank_whatever_their_order(names):
+    ours, theirs = ({(name, "x"): (10.0,) for name in names} for _ in range(2))
+    ours |= {("a", "y"): (10.0,), ("b", "y"): (20.0,), ("c", "y"): (30.0,)}
+    theirs |= {("a", "y"): (10.0,), ("b", "y"): (30.0,), ("c", "y"): (30.0,)}
+    assert compare(ours, theirs).order_kept == {"a": True, "b": True, "c": False}
+
+
 def test_an_error_is_no_run_and_its_map_has_no_rank(files):
     """An interrupted benchmark leaves a map with fewer controllers, whose Gini score means something else."""
     sample = SAMPLE.replace("map_2,rpp,0,goal,20.0", "map_2,rpp,0,error,0.0") + "\nmap_2,dwb,1,error,900.0,1.0\n"

@@ -152,6 +152,17 @@ def test_held_out_fitness_shows_failures_and_lost_order():
     assert failing.fitness > failing.fitness_par2
 
 
+@pytest.mark.parametrize("places", [(0, 1, 2), (0, 2, 1)])
+def test_maps_with_equal_scores_in_a_trial_do_not_keep_their_ranks(places):
+    cluster = Fitness.of(JudgingSettings(fitness="cluster", cluster_scale=5.0), 150.0)
+    times = ((20.0, 20.0, 20.0, 20.0), (27.5, 27.5, 60.0, 60.0), (70.0, 70.0, 70.0, 70.0))  # 60 s are 3 clusters, too
+    results = tuple(map_with(*times[place]) for place in places)
+    judged = cluster(tuple(tuple(runs[:2] for runs in of_map) for of_map in results))
+    assert sorted(judged.scores) == [1.0, 2.0, 3.0]
+    assert held_out(results, judged, cluster, 2, 3).order_kept == 0
+    assert held_out(results, judged, cluster, 4, 3).order_kept == 0.5
+
+
 @pytest.mark.parametrize(("maps", "repeats", "count"), [(3, 5, 125), (2, 2, 4), (6, 5, 25)])
 def test_trials_are_all_combinations_up_to_a_limit(maps, repeats, count):
     results = tuple(map_with(*(20.0 + 10 * number + repeat for repeat in range(repeats))) for number in range(maps))

@@ -22,11 +22,11 @@ def gini(times: Times) -> float:
         times: One value per controller; equal for all, zeros included, gives 0. Values below 0 count as 0.
     """
     ordered = sorted(max(time, 0.0) for time in times)
-    n, total = len(ordered), float(sum(ordered))
-    if total == 0.0:
+    if len(set(ordered)) < 2:  # of some equal times, the formula makes 2e-16
         return 0.0
+    n, total = len(ordered), float(sum(ordered))
     weighted = float(sum(rank * time for rank, time in enumerate(ordered, start=1)))
-    return max(2.0 * weighted / (n * total) - (n + 1) / n, 0.0)  # equal times may round to just below zero
+    return max(2.0 * weighted / (n * total) - (n + 1) / n, 0.0)  # nearly equal times may round to just below zero
 
 
 def gini_fitness(ginis: Sequence[float], epsilon: float = 1e-8, unevenness_weight: float = 1.0) -> float:

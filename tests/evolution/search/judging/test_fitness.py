@@ -55,7 +55,8 @@ def test_gini_by_hand():
     assert gini((4.0, 1.0, 3.0)) == pytest.approx(0.25)
     # (0, 0, 6): 3 * 6 = 18; g = 36/18 - 4/3 = 2/3, the largest value for three.
     assert gini((0.0, 6.0, 0.0)) == pytest.approx(2 / 3)
-    assert gini((5.0, 5.0, 5.0)) == 0.0
+    assert [gini((time, time, time)) for time in (5.0, 5.4, 11.5, 20.45)] == [0.0] * 4
+    assert gini((5.4, 5.4)) == 0.0
     assert gini((0.0, 0.0)) == 0.0
 
 
