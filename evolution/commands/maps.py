@@ -25,7 +25,7 @@ from gym_mapbench.world.scenario import Scenario
 
 EXAMPLES = """  mapbench maps info office.yaml --start 1,1,0 --goal 8,6,0
   mapbench maps info office.yaml --params nav2_params.yaml
-  mapbench maps convert arena.map.scen arena.yaml
+  mapbench maps convert arena.map.scen arena.json --split 10
   mapbench maps check arena.map.scen
   mapbench maps draw --family doors,pillars --count 4 --seed 1 --out drawn"""
 
@@ -93,6 +93,13 @@ def _add_convert(actions: argparse._SubParsersAction[argparse.ArgumentParser]) -
     )
     convert.add_argument("source", metavar="A")
     convert.add_argument("target", metavar="B", help=".yaml (map_server), .png, .map (MovingAI) or .json (map set)")
+    convert.add_argument(
+        "--split",
+        type=options.positive,
+        default=1,
+        metavar="N",
+        help="split each cell into N x N cells: controllers stand still on cells of 1 m, as MovingAI's are",
+    )
     convert.set_defaults(run=run_convert)
 
 
@@ -182,7 +189,7 @@ def _why_unsolvable(scenario: Scenario, robot: RobotSpec, row: dict[str, object]
 
 def run_convert(args: argparse.Namespace) -> int:
     """Convert a file and print the names of the new files."""
-    for path in write_map_file(load_maps(args.source), args.target):
+    for path in write_map_file([one.split(args.split) for one in load_maps(args.source)], args.target):
         console.print(f"wrote {path}")
     return 0
 

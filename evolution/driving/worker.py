@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import logging
 import sys
-from collections.abc import Callable, Iterable
+from collections.abc import Callable, Iterable, Sequence
 from typing import Any
 
 from controllers.base import Controller
@@ -25,6 +25,8 @@ from gym_mapbench.world.motions import MOTIONS
 from gym_mapbench.world.scenario import Scenario
 
 LOG = logging.getLogger(__name__)
+COARSE = 0.5
+"""Largest side of a cell without a warning, m."""
 
 
 def build_controller(spec: ControllerSpec, settings: DriveSettings) -> Controller:
@@ -69,6 +71,7 @@ def check_room(scenarios: Iterable[Scenario], settings: DriveSettings) -> None:
         ConfigError: Naming the first of the maps, or a motion of a body that workers cannot find.
     """
     scenarios = list(scenarios)
+    _warn_of_coarse_cells(scenarios)
     problems = [f"{scenario.name}: {why}" for scenario in scenarios if (why := _why_no_room(scenario, settings))]
     if not problems:
         return
@@ -80,6 +83,16 @@ def check_room(scenarios: Iterable[Scenario], settings: DriveSettings) -> None:
         counted(len(scenarios), "task"),
         problems[0],
     )
+
+
+def _warn_of_coarse_cells(scenarios: Sequence[Scenario]) -> None:
+    coarse = [scenario for scenario in scenarios if scenario.map.resolution > COARSE]
+    if coarse:
+        LOG.warning(
+            "%s has cells of %g m, where controllers may stand; 'mapbench maps convert --split' makes smaller ones",
+            coarse[0].name,
+            coarse[0].map.resolution,
+        )
 
 
 def _why_no_room(scenario: Scenario, settings: DriveSettings) -> str:

@@ -9,6 +9,7 @@ from itertools import groupby
 from typing import NamedTuple
 
 from gym_mapbench.errors import ConfigError
+from gym_mapbench.mapio.source import MAX_MAP_CELLS
 from gym_mapbench.world.bodies import Body
 from gym_mapbench.world.genome import Genome
 from gym_mapbench.world.gridmap import GridMap
@@ -53,6 +54,19 @@ class TaskedMap:
         named = name_tasks(name, [(task.start, task.goal) for task in self.tasks])
         tasks = zip(named, self.tasks, strict=True)
         return replace(self, name=name, tasks=tuple(task._replace(bodies=old.bodies) for task, old in tasks))
+
+    def split(self, parts: int) -> TaskedMap:
+        """Return the same walls and tasks with each cell split into ``parts`` x ``parts``; genes are of whole cells.
+
+        Raises:
+            ConfigError: If these are more cells than a file may have.
+        """
+        if parts == 1:
+            return self
+        cells = self.grid.occupancy.size * parts**2
+        if cells > MAX_MAP_CELLS:
+            raise ConfigError(f"{self.name} split by {parts}: expected at most {MAX_MAP_CELLS} cells, got {cells}")
+        return replace(self, grid=self.grid.split(parts), genome=None)
 
     def scenarios(self) -> list[Scenario]:
         """Return one scenario per task; all share this map.

@@ -95,6 +95,11 @@ class GridMap:
         """Return a copy of the occupancy with row 0 at the top, as in pictures."""
         return self.occupancy[::-1].copy()
 
+    def split(self, parts: int) -> GridMap:
+        """Return the same walls in smaller cells: each cell becomes ``parts`` x ``parts`` cells."""
+        unknown = None if self.unknown is None else _split(self.unknown, parts)
+        return GridMap(_split(self.occupancy, parts), self.resolution / parts, self.origin, unknown)
+
     @property
     def shape(self) -> tuple[int, int]:
         """``(rows, cols)``."""
@@ -167,6 +172,10 @@ class GridMap:
     def __reduce__(self) -> tuple[Any, ...]:
         # Array write flags are lost on unpickling; going through the constructor freezes again.
         return type(self), (self.occupancy, self.resolution, self.origin, self.unknown)
+
+
+def _split(cells: NDArray[np.bool_], parts: int) -> NDArray[np.bool_]:
+    return cells.repeat(parts, axis=0).repeat(parts, axis=1)
 
 
 def _frozen_cells(name: str, cells: ArrayLike) -> NDArray[np.bool_]:

@@ -430,6 +430,25 @@ def test_maps_info_and_convert(tmp_path, capsys):
     assert load_scenarios(target)[0].map == load_scenarios(OFFICE)[0].map
 
 
+def test_maps_convert_splits_cells(tmp_path, capsys, caplog):
+    rows = ["@@@@@@", "@....@", "@.@..@", "@....@", "@@@@@@"]
+    coarse, fine = tmp_path / "hall.map", tmp_path / "hall.json"
+    coarse.write_text("\n".join(["type octile", "height 5", "width 6", "map", *rows, ""]))
+    (tmp_path / "hall.map.scen").write_text("version 1\n0 hall.map 6 5 1 1 4 3 5.0\n")
+    scen = str(tmp_path / "hall.map.scen")
+    assert main(["maps", "convert", scen, str(fine), "--split", "4"]) == 0
+    ((before,), (after,)) = load_scenarios(scen), load_scenarios(fine)
+    assert (after.map.resolution, after.map.bounds) == (0.25, before.map.bounds)
+    assert (after.map.occupancy == np.kron(before.map.occupancy, np.ones((4, 4), bool))).all()
+    assert (after.start, after.goal) == (before.start, before.goal)
+    check_room([after], DriveSettings(navigation="thesis"))
+    assert not caplog.messages
+    check_room([before], DriveSettings(navigation="thesis"))
+    assert caplog.messages[0].startswith("hall has cells of 1 m,")
+    line = refused(capsys, "maps", "convert", scen, tmp_path / "finer.json", "--split", "1000")
+    assert line == "mapbench maps: hall split by 1000: expected at most 25000000 cells, got 30000000\n"
+
+
 PARAMS = """
 controller_server:
   ros__parameters:
