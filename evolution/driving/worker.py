@@ -89,7 +89,7 @@ def _warn_of_coarse_cells(scenarios: Sequence[Scenario]) -> None:
     coarse = [scenario for scenario in scenarios if scenario.map.resolution > COARSE]
     if coarse:
         LOG.warning(
-            "%s has cells of %g m, where controllers may stand; 'mapbench maps convert --split' makes smaller ones",
+            "%s has cells of %g m, on which controllers may stand still; see 'mapbench maps convert --split'",
             coarse[0].name,
             coarse[0].map.resolution,
         )
