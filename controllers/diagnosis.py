@@ -63,7 +63,8 @@ def who_gave_up(events: Sequence[Event]) -> list[str]:
             reason, _ = reasons.most_common(1)[0]
             said.append(f"{who} failed {_times(reasons.total())} ({reason})")
     recoveries = sum(event.kind in RECOVERY_KINDS for event in events)
-    return [*said, f"{recoveries} recoveries did not help"] if recoveries else said
+    tried = "1 recovery" if recoveries == 1 else f"{recoveries} recoveries"
+    return [*said, f"{tried} did not help"] if recoveries else said
 
 
 def _times(count: int) -> str:

@@ -35,6 +35,7 @@ def test_who_gave_up():
         "the planner failed once (no path from here: closed)",
         "2 recoveries did not help",
     ]
+    assert who_gave_up(events[:2])[1] == "1 recovery did not help"
     assert who_gave_up([]) == []
 
 
