@@ -8,7 +8,7 @@ import gc
 import os
 import re
 import sys
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
 from typing import Any, NoReturn
 
 from evolution.commands import (
@@ -22,6 +22,7 @@ from evolution.commands import (
     set_messages,
 )
 from evolution.one_thread import use_one_thread
+from gym_mapbench.errors import nearest_name
 
 USAGE_ERROR = 2
 INTERRUPTED = 130
@@ -56,13 +57,26 @@ class Parser(argparse.ArgumentParser):
         """Parse; a subcommand itself refuses arguments that it does not know, so that the error names it."""
         found, rest = super().parse_known_args(args, namespace)
         if rest:
-            self.error(f"unrecognized arguments: {' '.join(rest)}")
+            self.error(f"unrecognized arguments: {' '.join(rest)}{_meant(rest[0], self._option_string_actions)}")
         return found, rest
+
+    def _check_value(self, action: argparse.Action, value: Any) -> None:
+        try:
+            super()._check_value(action, value)
+        except argparse.ArgumentError as error:
+            error.message += _meant(value, action.choices or ())
+            raise
 
     def error(self, message: str) -> NoReturn:
         """Print one line and exit with code 2."""
         print(f"{self.prog}: {message}", file=sys.stderr)
         raise SystemExit(USAGE_ERROR)
+
+
+def _meant(given: object, valid: Iterable[object]) -> str:
+    """Return the end of an error with the nearest valid name; empty if none is near."""
+    near = nearest_name(str(given).partition("=")[0], map(str, valid))
+    return f"; did you mean {near!r}?" if near else ""
 
 
 class Versions(argparse.Action):

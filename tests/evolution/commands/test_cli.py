@@ -133,6 +133,8 @@ def test_ctrl_c_while_a_command_is_imported_is_one_line(monkeypatch, capsys):
         (["evolv"], "evolve"),
         (["--quiet", "bench", OFFICE], "mapbench: --quiet: expected COMMAND first, as in mapbench bench --quiet"),
         (["evolve", "foo"], "mapbench evolve: unrecognized arguments: foo"),
+        (["bench", OFFICE, "--contrllers=dwb"], "--contrllers=dwb; did you mean '--controllers'?"),
+        (["bnch", OFFICE], "; did you mean 'bench'?"),
         (["maps", "convert", OFFICE, "b.yaml", "--start", "1,1,0"], "mapbench maps convert: unrecognized arguments"),
     ],
     ids=lambda value: " ".join(Path(part).name for part in value) if isinstance(value, list) else "",
