@@ -22,7 +22,6 @@ from evolution.commands import (
     set_messages,
 )
 from evolution.one_thread import use_one_thread
-from gym_mapbench.errors import nearest_name
 
 USAGE_ERROR = 2
 INTERRUPTED = 130
@@ -75,6 +74,8 @@ class Parser(argparse.ArgumentParser):
 
 def _meant(given: object, valid: Iterable[object]) -> str:
     """Return the end of an error with the nearest valid name; empty if none is near."""
+    from gym_mapbench.errors import nearest_name  # what it imports takes a moment, and only an error needs it
+
     near = nearest_name(str(given).partition("=")[0], map(str, valid))
     return f"; did you mean {near!r}?" if near else ""
 
