@@ -9,6 +9,7 @@ import os
 import re
 import sys
 from collections.abc import Iterable, Sequence
+from difflib import get_close_matches
 from typing import Any, NoReturn
 
 from evolution.commands import (
@@ -73,11 +74,9 @@ class Parser(argparse.ArgumentParser):
 
 
 def _meant(given: object, valid: Iterable[object]) -> str:
-    """Return the end of an error with the nearest valid name; empty if none is near."""
-    from gym_mapbench.errors import nearest_name  # what it imports takes a moment, and only an error needs it
-
-    near = nearest_name(str(given).partition("=")[0], map(str, valid))
-    return f"; did you mean {near!r}?" if near else ""
+    """Return the end of an error with the nearest valid name, without importing numpy as the registries' rule does."""
+    near = get_close_matches(str(given).partition("=")[0], map(str, valid), n=1)
+    return f"; did you mean {near[0]!r}?" if near else ""
 
 
 class Versions(argparse.Action):
