@@ -54,7 +54,7 @@ class BehaviorServer(Settings):
 
 
 class BehaviorTree(ExtendedSettings):
-    """Numbers of ``navigate_to_pose_w_replanning_and_recovery.xml``; all but the first are no ROS parameters.
+    """The behaviour tree: the numbers of Nav2's default tree, or a whole tree. Only ``bt_loop_duration`` is in ROS.
 
     Args:
         bt_loop_duration: Period of the tree's ticks, ms as in Nav2; with ``latency: ideal`` it has no effect.
@@ -73,6 +73,7 @@ class BehaviorTree(ExtendedSettings):
         local_clear_plugins: Lyrical: layers that the clears of the local costmap name (``plugins`` of
             ``ClearEntireCostmap``); none for all layers.
         global_clear_plugins: Lyrical: the same for the global costmap.
+        xml: A tree in the XML of BehaviorTree.CPP, as text; it has its own numbers. Nav2's default tree if empty.
     """
 
     newer: ClassVar[tuple[str, ...]] = (
@@ -80,6 +81,7 @@ class BehaviorTree(ExtendedSettings):
         "wrap_around",
         "local_clear_plugins",
         "global_clear_plugins",
+        "xml",
     )
 
     bt_loop_duration: Annotated[int, Field(gt=0)] = 10
@@ -96,6 +98,7 @@ class BehaviorTree(ExtendedSettings):
     wrap_around: bool = True
     local_clear_plugins: tuple[str, ...] = ()
     global_clear_plugins: tuple[str, ...] = ()
+    xml: str = ""
 
     def plugins_to_clear(self, which: str) -> tuple[str, ...]:
         """Return the layers that a clear of the costmap ``local`` or ``global`` names; none for all."""

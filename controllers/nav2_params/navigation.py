@@ -19,6 +19,7 @@ from controllers.nav2_params.plugins import CONTROLLERS, SHIMS
 from controllers.path_handler import PathHandler
 from controllers.releases import RELEASES, Release
 from controllers.rotation_shim.plugin import configured_inside
+from controllers.tree_xml import plugin_names, read_tree
 from gym_mapbench.costmap import CostmapParams
 from gym_mapbench.errors import ConfigError, refuse_unknown, unknown_name
 from gym_mapbench.planners import PLANNERS
@@ -204,7 +205,7 @@ class NavigationParams(ExtendedSettings):
         local_costmap: The local costmap.
         global_costmap: The global costmap.
         behavior_server: The recovery behaviours.
-        bt: Numbers of the behaviour tree.
+        bt: The behaviour tree.
         velocity_smoother: The velocity smoother; None if there is none between controller and base.
         collision_monitor: The collision monitor in front of the base; None if there is none.
     """
@@ -255,6 +256,20 @@ class NavigationParams(ExtendedSettings):
             raise ConfigError(f"goal_checker.plugin: expected {known}, got {first}'s goal checker {plugin}")
         if self.release != "lyrical" and self.controller_server.path_handler != PathHandler():
             raise ConfigError(f"path_handler: Nav2 {self.release.capitalize()} has none; its controllers cut the plan")
+        return self
+
+    @model_validator(mode="after")
+    def _tree_is_whole(self) -> Self:
+        if not self.bt.xml:
+            return self
+        try:
+            plugin_names(read_tree(self.bt.xml, self.release))
+        except ConfigError as error:
+            raise ConfigError(f"bt.xml: {error}") from None
+        usual = BehaviorTree(), default_tree(self.release)
+        for name in BehaviorTree.model_fields.keys() - {"xml", "bt_loop_duration", "latency"}:
+            if getattr(self.bt, name) not in (getattr(tree, name) for tree in usual):
+                raise ConfigError(f"bt.{name}: expected it in the XML of the tree, which has its own numbers")
         return self
 
     @model_validator(mode="after")

@@ -1,8 +1,8 @@
-"""Behaviour tree: the control nodes of Nav2's NavigateToPose tree, with their exact semantics.
+"""Behaviour tree: the control nodes of Nav2's trees, with their exact semantics.
 
 A node is ticked until it is no longer RUNNING. A parent that is done with a child stops it, which calls ``halt`` only
 if the child is RUNNING (BehaviorTree.CPP 3.8). Sources: nav2_behavior_tree (Humble) plugins/control and
-plugins/decorator; BehaviorTree.CPP 3.8 for Sequence and ReactiveFallback.
+plugins/decorator; BehaviorTree.CPP 3.8 for sequences and fallbacks.
 """
 
 from __future__ import annotations
@@ -120,11 +120,15 @@ class InOrder(Control):
             if status is Status.RUNNING:
                 return status
             if status is not self.goes_on:
-                self.halt()
+                self.give_up()
                 return status
             self._current += 1
         self.halt()
         return self.goes_on
+
+    def give_up(self) -> None:
+        """End because of a child."""
+        self.halt()
 
     def halt(self) -> None:
         """Stop all children and begin with the first one next time."""
@@ -144,8 +148,18 @@ class Fallback(InOrder):
     goes_on = Status.FAILURE
 
 
-class ReactiveFallback(Control):
-    """Ticks its children from the first one on at every tick; the first that does not fail decides."""
+class SequenceWithMemory(Sequence):
+    """A Sequence that begins, after a failure, with the child that failed (``SequenceStar`` in Humble)."""
+
+    def give_up(self) -> None:
+        """Stop all children; the current one keeps its turn."""
+        Control.halt(self)
+
+
+class Reactive(Control):
+    """Ticks its children from the first one on at every tick, as long as they end with ``goes_on``."""
+
+    goes_on: ClassVar[Status]
 
     def tick(self) -> Status:
         """Tick the children from the first one on."""
@@ -155,11 +169,23 @@ class ReactiveFallback(Control):
                 for earlier in self.children[:index]:
                     earlier.stop()
                 return status
-            if status is Status.SUCCESS:
+            if status is not self.goes_on:
                 self.halt()
                 return status
         self.halt()
-        return Status.FAILURE
+        return self.goes_on
+
+
+class ReactiveSequence(Reactive):
+    """Ticks its children from the first one on at every tick; the first that does not succeed decides."""
+
+    goes_on = Status.SUCCESS
+
+
+class ReactiveFallback(Reactive):
+    """Ticks its children from the first one on at every tick; the first that does not fail decides."""
+
+    goes_on = Status.FAILURE
 
 
 class RecoveryNode(Control):

@@ -29,12 +29,15 @@ from controllers.navigator.behavior_tree import (
 from controllers.navigator.behaviors import BackUp, Behavior, Spin, Wait
 from controllers.navigator.latency import Latency
 from controllers.navigator.rate import Clock
+from controllers.navigator.robot_state import RobotOnMap
 from gym_mapbench.metrics.episode import Event
 from gym_mapbench.metrics.episode import Outcome as RunOutcome
 from gym_mapbench.world.scenario import Pose
 
 NO_PATH: tuple[()] = ()
 """What is on the blackboard while there is no path."""
+PATH, PLANNER_CODE, CONTROLLER_CODE = "path", "compute_path_error_code", "follow_path_error_code"
+"""Variables of the default tree."""
 
 
 @dataclass
@@ -45,15 +48,20 @@ class Servers:
         planner: Computes paths.
         controller: Follows paths.
         behaviors: Run the recoveries, by kind; one that does not exist fails.
-        clear: Clears a costmap, ``local`` or ``global``; returns how long the answer takes, s.
+        clear: Clears layers of a costmap, ``local`` or ``global``, all if none is named; returns how long the answer
+            takes, s.
         keeps: Whether a path is kept near the goal instead of a new plan (Lyrical).
+        is_path_valid: Whether a path is free from the pose nearest to the robot on.
+        robot: What is measured of the robot.
     """
 
     planner: ActionServer
     controller: ActionServer
     behaviors: Mapping[str, ActionServer]
-    clear: Callable[[str], float]
+    clear: Callable[[str, tuple[str, ...]], float]
     keeps: Callable[[Any], bool]
+    is_path_valid: Callable[[Any], bool]
+    robot: RobotOnMap
 
     @cached_property
     def actions(self) -> tuple[ActionServer, ...]:
@@ -68,34 +76,43 @@ class Blackboard:
     Attributes:
         goal: The goal, on the map.
         clock: The time at which the tree is.
-        path: The newest global path, ``(n, 3)``; of no length before the first one and after a failed plan.
+        paths: Global paths by the names of their variables, ``(n, 3)``.
+        followed: Name of the path that is followed.
         has_planned: Whether there was a path at any time.
         failure: Kind and reason of the last failure of the planner or the controller.
-        planner_code: Jazzy's error code of the last plan; 0 for none.
-        controller_code: The same of the last path that was followed.
+        codes: Jazzy's error codes of the last plan and the last path followed, by the names of their variables.
         events: What happened so far, in order.
     """
 
     goal: Pose
     clock: Clock = field(default_factory=Clock)
-    path: Any = NO_PATH
+    paths: dict[str, Any] = field(default_factory=dict)
+    followed: str = PATH
     has_planned: bool = False
     failure: tuple[RunOutcome, str] = ("controller_failure", "")
-    planner_code: int = error_codes.NONE
-    controller_code: int = error_codes.NONE
+    codes: dict[str, int] = field(default_factory=dict)
     events: list[Event] = field(default_factory=list)
+
+    @property
+    def path(self) -> Any:
+        """The path that is followed; of no length before the first one and after a failed plan."""
+        return self.path_named(self.followed)
+
+    def path_named(self, name: str) -> Any:
+        """Return the path in a variable; of no length if there is none."""
+        return self.paths.get(name, NO_PATH)
 
     def has_had_path(self) -> bool:
         """Whether there was a path at any time."""
         return self.has_planned
 
-    def would_planner_recovery_help(self) -> bool:
+    def would_planner_recovery_help(self, code: str = PLANNER_CODE) -> bool:
         """Whether a recovery may help the planner (``WouldAPlannerRecoveryHelp``)."""
-        return self.planner_code in error_codes.PLANNER_RECOVERY_HELPS
+        return self.codes.get(code, error_codes.NONE) in error_codes.PLANNER_RECOVERY_HELPS
 
-    def would_controller_recovery_help(self) -> bool:
+    def would_controller_recovery_help(self, code: str = CONTROLLER_CODE) -> bool:
         """Whether a recovery may help the controller (``WouldAControllerRecoveryHelp``)."""
-        return self.controller_code in error_codes.CONTROLLER_RECOVERY_HELPS
+        return self.codes.get(code, error_codes.NONE) in error_codes.CONTROLLER_RECOVERY_HELPS
 
     def would_a_recovery_help(self) -> bool:
         """Whether a recovery may help the planner or the controller."""
@@ -107,11 +124,21 @@ class Blackboard:
 
 
 class ComputePathToPose(ActionNode):
-    """Asks the planner for a path from here to the goal."""
+    """Asks the planner for a path from here to the goal.
 
-    def __init__(self, board: Blackboard, server: ActionServer, latency: Latency) -> None:
+    Args:
+        board: The blackboard.
+        server: The planner.
+        latency: How long messages take.
+        path: The variable that gets the path.
+        code: The variable that gets the error code; none if empty.
+    """
+
+    def __init__(
+        self, board: Blackboard, server: ActionServer, latency: Latency, path: str = PATH, code: str = PLANNER_CODE
+    ) -> None:
         super().__init__(board.clock, server, latency)
-        self._board = board
+        self._board, self._path, self._code = board, path, code
 
     def make_goal(self) -> Pose:
         """Return the goal of the run."""
@@ -120,12 +147,12 @@ class ComputePathToPose(ActionNode):
     def on_result(self, outcome: Outcome) -> None:
         """Take the path; without one the blackboard has none."""
         board = self._board
-        board.planner_code = outcome.code
+        board.codes[self._code] = outcome.code
         if outcome.result is Result.SUCCEEDED:
-            board.path, board.has_planned = outcome.value, True
+            board.paths[self._path], board.has_planned = outcome.value, True
             board.log("replan")
             return
-        board.path = NO_PATH
+        board.paths[self._path] = NO_PATH
         if outcome.result is Result.ABORTED:
             board.failure = "planner_failure", outcome.reason
             board.log("replan_failure", outcome.reason)
@@ -133,15 +160,22 @@ class ComputePathToPose(ActionNode):
     def halt(self) -> None:
         """Cancel the plan and forget the old one."""
         super().halt()
-        self._board.path = NO_PATH
+        self._board.paths[self._path] = NO_PATH
 
 
 class FollowPath(ActionNode):
-    """Has the controller server follow the newest path."""
+    """Has the controller server follow the newest path.
 
-    def __init__(self, board: Blackboard, server: ActionServer, latency: Latency) -> None:
+    Args:
+        board: The blackboard.
+        server: The controller server.
+        latency: How long messages take.
+        code: The variable that gets the error code; none if empty.
+    """
+
+    def __init__(self, board: Blackboard, server: ActionServer, latency: Latency, code: str = CONTROLLER_CODE) -> None:
         super().__init__(board.clock, server, latency)
-        self._board = board
+        self._board, self._code = board, code
 
     def make_goal(self) -> Any:
         """Return the newest path, even if that is none: the server then aborts."""
@@ -156,23 +190,36 @@ class FollowPath(ActionNode):
     def on_result(self, outcome: Outcome) -> None:
         """Remember why the path could not be followed."""
         board = self._board
-        board.controller_code = outcome.code
+        board.codes[self._code] = outcome.code
         if outcome.result is Result.ABORTED:
             board.failure = "controller_failure", outcome.reason
             board.log(*board.failure)
 
 
 class ClearEntireCostmap(ServiceNode):
-    """Clears the global or the local costmap."""
+    """Clears the global or the local costmap.
 
-    def __init__(self, board: Blackboard, clear: Callable[[str], float], which: str) -> None:
+    Args:
+        board: The blackboard.
+        clear: Clears it, as in :class:`Servers`.
+        which: ``local`` or ``global``.
+        plugins: The layers that are cleared; none for all.
+    """
+
+    def __init__(
+        self,
+        board: Blackboard,
+        clear: Callable[[str, tuple[str, ...]], float],
+        which: str,
+        plugins: tuple[str, ...] = (),
+    ) -> None:
         super().__init__(board.clock)
-        self._board, self._clear, self._which = board, clear, which
+        self._board, self._clear, self._which, self._plugins = board, clear, which, plugins
 
     def call(self) -> float:
         """Clear the costmap; returns how long the answer takes, s."""
         self._board.log(f"clear_{self._which}")
-        return self._clear(self._which)
+        return self._clear(self._which, self._plugins)
 
 
 class RunBehavior(ActionNode):
@@ -185,13 +232,17 @@ class RunBehavior(ActionNode):
         make_behavior: Callable[[], Behavior],
         server: ActionServer,
         latency: Latency,
+        *,
+        is_recovery: bool = True,
     ) -> None:
         super().__init__(board.clock, server, latency)
         self._board, self._kind, self._make_behavior = board, kind, make_behavior
+        self._is_recovery = is_recovery
 
     def make_goal(self) -> Behavior:
-        """Make the behaviour."""
-        self._board.log(self._kind)
+        """Make the behaviour; as a recovery it is an event."""
+        if self._is_recovery:
+            self._board.log(self._kind)
         return self._make_behavior()
 
     def on_result(self, outcome: Outcome) -> None:
@@ -208,8 +259,10 @@ def navigate_to_pose_w_replanning_and_recovery(
 ) -> Node:
     """Build ``navigate_to_pose_w_replanning_and_recovery.xml``."""
     bt = params.bt
-    clear_local = partial(ClearEntireCostmap, board, servers.clear, "local")
-    clear_global = partial(ClearEntireCostmap, board, servers.clear, "global")
+    clear_local, clear_global = (
+        partial(ClearEntireCostmap, board, servers.clear, which, bt.plugins_to_clear(which))
+        for which in ("local", "global")
+    )
     plan, follow = _plan_if_needed(board, params, servers, latency), FollowPath(board, servers.controller, latency)
     return RecoveryNode(
         bt.number_of_retries,

@@ -12,9 +12,8 @@ moves smoothly in it, but it drifts.
 
 from __future__ import annotations
 
-from collections.abc import Callable
 from dataclasses import dataclass
-from typing import Any, Literal
+from typing import Literal
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -39,16 +38,12 @@ from controllers.navigator.collision_monitor import CollisionMonitor
 from controllers.navigator.controller_server import ControllerServer
 from controllers.navigator.costmap_servers import CostmapServer, Ranges
 from controllers.navigator.latency import LATENCIES
-from controllers.navigator.navigate_to_pose import (
-    Blackboard,
-    Servers,
-    navigate_to_pose_w_replanning,
-    navigate_to_pose_w_replanning_and_recovery,
-)
-from controllers.navigator.path_keeper import PathKeeper
+from controllers.navigator.navigate_to_pose import Blackboard, Servers
+from controllers.navigator.path_keeper import PathKeeper, PathValidity
 from controllers.navigator.planner_server import PlannerServer
 from controllers.navigator.rate import NEVER, TIME_RESOLUTION
 from controllers.navigator.speed_limits import speed_limiter
+from controllers.navigator.tree_builder import build_tree
 from controllers.navigator.tree_loop import TreeLoop
 from controllers.navigator.velocity_smoother import VelocitySmoother
 from gym_mapbench.costmap import Costmap, CostmapParams
@@ -56,7 +51,6 @@ from gym_mapbench.env.render import SeenCostmap
 from gym_mapbench.errors import ConfigError
 from gym_mapbench.metrics.episode import RECOVERY_KINDS, Event, Outcome
 from gym_mapbench.planners import make_planner
-from gym_mapbench.world.footprint import Footprint
 from gym_mapbench.world.frames import relate
 from gym_mapbench.world.scenario import Pose
 
@@ -255,6 +249,7 @@ class Navigator:
         global_footprint = params.global_costmap.make_footprint(context.robot)
         self._global_costmap = CostmapServer(params.global_costmap, context.grid, global_footprint, context.lidar)
         self._local_costmap = CostmapServer(params.local_costmap, context.grid, setup.footprint, context.lidar)
+        validity = PathValidity(self._robot, self._global_costmap, global_footprint)
         self._controller_server = ControllerServer(
             self.follower,
             params.controller_server,
@@ -273,16 +268,14 @@ class Navigator:
                 for kind in params.behavior_server.behavior_plugins
             },
             clear=self._clear,
-            keeps=self._make_path_keeper(global_footprint),
+            keeps=PathKeeper(params.bt.goal_nearby_distance, self._robot, validity).keeps,
+            is_path_valid=validity.is_valid,
+            robot=self._robot,
         )
 
     def _make_monitor(self, context: Context) -> CollisionMonitor | None:
         monitor, footprint = self.params.collision_monitor, self.params.local_costmap.make_footprint(context.robot)
         return CollisionMonitor(monitor, self.params.release, footprint, context.lidar) if monitor else None
-
-    def _make_path_keeper(self, footprint: Footprint) -> Callable[[Any], bool]:
-        distance = self.params.bt.goal_nearby_distance
-        return PathKeeper(distance, self._robot, self._global_costmap, footprint).keeps
 
     def _make_planner_server(self, planning_time: float) -> PlannerServer:
         planner = self.params.planner
@@ -302,8 +295,6 @@ class Navigator:
     def _make_loop(self) -> TreeLoop:
         """Build the tree, and what ticks it."""
         params, latency = self.params, LATENCIES[self.params.bt.latency]
-        recoveries = params.bt.recoveries
-        build_tree = navigate_to_pose_w_replanning_and_recovery if recoveries else navigate_to_pose_w_replanning
         tree = build_tree(self._board, params, self._servers, latency)
         period = self._period if latency.is_ideal else params.bt.bt_loop_duration / 1000.0
         return TreeLoop(tree, self._board.clock, period, self._update_costmaps, params.release)
@@ -359,10 +350,10 @@ class Navigator:
         for server in self._servers.actions:
             server.advance(self._now)
 
-    def _clear(self, which: str) -> float:
-        """Clear a costmap; returns how long the service takes."""
+    def _clear(self, which: str, plugins: tuple[str, ...]) -> float:
+        """Clear layers of a costmap, all if none is named; returns how long the service takes."""
         costmap = self._local_costmap if which == "local" else self._global_costmap
-        costmap.clear(self.params.bt.plugins_to_clear(which))
+        costmap.clear(plugins)
         return LATENCIES[self.params.bt.latency].service
 
     def _take_nav_command(self, command: Twist) -> None:

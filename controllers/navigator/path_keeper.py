@@ -1,7 +1,7 @@
-"""PathKeeper: whether Lyrical's tree keeps the path instead of planning again.
+"""PathValidity: whether a path is still free; and PathKeeper: whether Lyrical's tree keeps it and does not plan again.
 
-Source: nav2_behavior_tree (Lyrical) is_goal_nearby_condition, validate_path; nav2_planner
-include/nav2_planner/is_path_valid_service.hpp.
+Source: nav2_planner (Humble, Jazzy) src/planner_server.cpp, ``isPathValid``; (Lyrical)
+include/nav2_planner/is_path_valid_service.hpp; nav2_behavior_tree (Lyrical) is_goal_nearby_condition, validate_path.
 """
 
 from __future__ import annotations
@@ -21,19 +21,53 @@ SEARCH = 1.5
 """Length of path ahead of the last nearest pose in which the next is sought, m."""
 
 
+class PathValidity:
+    """Says whether the robot could drive along a path (the planner server's ``is_path_valid``).
+
+    Args:
+        robot: Where the robot is.
+        costmap: The global costmap.
+        footprint: The padded footprint.
+    """
+
+    def __init__(self, robot: RobotOnMap, costmap: ServedCostmap, footprint: Footprint) -> None:
+        self._robot, self._costmap, self._footprint = robot, costmap, footprint
+        self._corners = np.ascontiguousarray(footprint.corners)
+
+    def is_valid(self, path: Any) -> bool:
+        """Return whether a path, ``(n, 3)`` on the map, is free from the pose nearest to the robot on."""
+        if not len(path):
+            return False
+        distances = np.hypot(*(path[:, :2] - np.array(self._robot.pose[:2])).T).astype(np.float32)
+        return self.is_free(path[np.argmin(distances) :])
+
+    def is_free(self, path: Any) -> bool:
+        """Return whether all poses of a path are free."""
+        return all(map(self._is_free, path))
+
+    def _is_free(self, pose: Any) -> bool:
+        """Whether the robot touches nothing at a pose: by the cost at its centre for a disc, else along its outline."""
+        m, (x, y, yaw) = self._costmap.costmap, pose.tolist()
+        cell = cell_index(x, y, m.origin_x, m.origin_y, m.resolution, *m.costs.shape)
+        if cell < 0:
+            return False
+        if self._footprint.use_radius:
+            return m.costs.flat[cell] not in (INSCRIBED_INFLATED_OBSTACLE, LETHAL_OBSTACLE)
+        cost = footprint_cost(m.costs, m.resolution, m.origin_x, m.origin_y, x, y, yaw, self._corners)
+        return bool(cost < LETHAL_OBSTACLE or cost == NO_INFORMATION)
+
+
 class PathKeeper:
     """Keeps a path that is nearly driven and still free.
 
     Args:
         distance: Remaining length below which a path may be kept, m.
         robot: Where the robot is.
-        costmap: The global costmap.
-        footprint: The padded footprint.
+        validity: Says whether the rest is free.
     """
 
-    def __init__(self, distance: float, robot: RobotOnMap, costmap: ServedCostmap, footprint: Footprint) -> None:
-        self._distance, self._robot, self._costmap, self._footprint = distance, robot, costmap, footprint
-        self._corners = np.ascontiguousarray(footprint.corners)
+    def __init__(self, distance: float, robot: RobotOnMap, validity: PathValidity) -> None:
+        self._distance, self._robot, self._validity = distance, robot, validity
         self._path: Any = ()
         self._nearest = 0
 
@@ -46,21 +80,10 @@ class PathKeeper:
             self._along = np.concatenate([[0.0], np.cumsum(np.hypot(*np.diff(path[:, :2], axis=0).T))])
         self._nearest = self._find_nearest()
         remaining = self._along[-1] - self._along[self._nearest]
-        return bool(remaining < self._distance) and all(map(self._is_free, path[self._nearest :]))
+        return bool(remaining < self._distance) and self._validity.is_free(path[self._nearest :])
 
     def _find_nearest(self) -> int:
         """Return the index of the pose nearest to the robot, not far ahead of the last one."""
         end = int(np.searchsorted(self._along, self._along[self._nearest] + SEARCH, side="right"))
         ahead = self._path[self._nearest : end, :2] - np.array(self._robot.pose[:2])
         return self._nearest + int(np.argmin(np.hypot(*ahead.T)))
-
-    def _is_free(self, pose: Any) -> bool:
-        """Whether the robot touches nothing at a pose: by the cost at its centre for a disc, else along its outline."""
-        m, (x, y, yaw) = self._costmap.costmap, pose.tolist()
-        cell = cell_index(x, y, m.origin_x, m.origin_y, m.resolution, *m.costs.shape)
-        if cell < 0:
-            return False
-        if self._footprint.use_radius:
-            return m.costs.flat[cell] not in (INSCRIBED_INFLATED_OBSTACLE, LETHAL_OBSTACLE)
-        cost = footprint_cost(m.costs, m.resolution, m.origin_x, m.origin_y, x, y, yaw, self._corners)
-        return bool(cost < LETHAL_OBSTACLE or cost == NO_INFORMATION)

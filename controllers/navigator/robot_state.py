@@ -1,4 +1,4 @@
-"""RobotState: what the servers measure of the robot."""
+"""RobotState and RobotOnMap: what the servers and the tree measure of the robot."""
 
 from __future__ import annotations
 
@@ -24,4 +24,18 @@ class RobotState(Protocol):
     @property
     def map_in_local(self) -> Pose:
         """Pose of the map's frame in the frame of the local costmap, m and rad."""
+        ...
+
+
+class RobotOnMap(Protocol):
+    """The newest measurements that the nodes of a tree ask for."""
+
+    @property
+    def pose(self) -> Pose:
+        """Pose of the robot on the map, m and rad."""
+        ...
+
+    @property
+    def odometry(self) -> Twist:
+        """Measured velocity, m/s and rad/s."""
         ...

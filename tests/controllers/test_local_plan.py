@@ -10,7 +10,7 @@ from controllers.checkers import GoalChecker
 from controllers.feasible_path_handler import FeasiblePathHandler
 from controllers.navigator.behavior_tree import Condition, Fallback, RoundRobin, Status
 from controllers.navigator.checkers import make_goal_checker
-from controllers.navigator.path_keeper import PathKeeper
+from controllers.navigator.path_keeper import PathKeeper, PathValidity
 from controllers.path_handler import PathHandler
 from controllers.rpp.dynamic_window import window_command
 from gym_mapbench.costmap import Costmap
@@ -193,7 +193,7 @@ def test_a_path_is_kept_near_the_goal_while_it_is_free():
         pass
 
     Server.costmap = costmap
-    keeper = PathKeeper(4.0, Robot(), Server(), Footprint.from_radius(0.2, 0.0))
+    keeper = PathKeeper(4.0, Robot(), PathValidity(Robot(), Server(), Footprint.from_radius(0.2, 0.0)))
     assert not keeper.keeps(())
     assert not keeper.keeps(straight(4.1))
     path = straight(3.9)

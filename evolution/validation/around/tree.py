@@ -9,12 +9,14 @@ from typing import Any, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from controllers.nav2_params.navigation import NavigationParams
+from controllers.base import STOP, Twist
+from controllers.nav2_params.navigation import BehaviorTree, NavigationParams
 from controllers.navigator.behavior_tree import Status, halt_tree
 from controllers.navigator.costmap_wait import UpdateSchedule
 from controllers.navigator.latency import Latency
-from controllers.navigator.navigate_to_pose import Blackboard, Servers, navigate_to_pose_w_replanning_and_recovery
+from controllers.navigator.navigate_to_pose import Blackboard, Servers
 from controllers.navigator.rate import NEVER, TIME_RESOLUTION
+from controllers.navigator.tree_builder import build_tree
 from controllers.navigator.tree_loop import TreeLoop
 from controllers.releases import Release
 from evolution.validation.around.recordings import AroundOracle, Record
@@ -44,6 +46,13 @@ class Run(NamedTuple):
     number_recoveries: int
 
 
+class Standing(NamedTuple):
+    """A robot that does not move."""
+
+    pose: Pose = Pose(0.0, 0.0)
+    odometry: Twist = STOP
+
+
 class ReplayedCostmap(UpdateSchedule):
     """A costmap without cells, which is cleared and updated when it is due."""
 
@@ -60,6 +69,7 @@ class TreeReplay:
     Args:
         scenario: The scenario.
         release: The release of Nav2.
+        xml: The tree; Nav2's default tree if empty.
 
     Attributes:
         events: What happened, in no order.
@@ -67,13 +77,14 @@ class TreeReplay:
         ticks: Beginnings of all ticks, us.
     """
 
-    def __init__(self, scenario: Record, release: Release) -> None:
+    def __init__(self, scenario: Record, release: Release, xml: str = "") -> None:
         script = scenario["script"]
         self.events: list[Event] = []
         self.runs: list[Run] = []
         self.ticks: list[int] = []
         self._script = read_script(script) if isinstance(script, list) else script
-        self._release, self._params = release, NavigationParams(release=release)
+        tree = {"bt": BehaviorTree(xml=xml)} if xml else {}
+        self._release, self._params = release, NavigationParams(release=release, **tree)
         self._board = Blackboard(Pose(0.0, 0.0))
         self._latency = Latency(message=self._script.get("lat", 1.0) / 2000.0)
         self._numbers = itertools.count(1)
@@ -86,8 +97,10 @@ class TreeReplay:
             {kind: self._servers[kind] for kind in ("spin", "wait", "backup")},
             self._clear,
             keeps=lambda path: False,
+            is_path_valid=lambda path: True,
+            robot=Standing(),
         )
-        self._tree = navigate_to_pose_w_replanning_and_recovery(self._board, self._params, servers, self._latency)
+        self._tree = build_tree(self._board, self._params, servers, self._latency)
         self._goals = 1
         self._changes = [time / 1000.0 for time in self._script.get("goals", [])]
         self._cancels = [time / 1000.0 for time in self._script.get("cancels", [])]
@@ -146,7 +159,7 @@ class TreeReplay:
             self._goals += 1
             self._log(now, "goal_changed", f"goal {self._goals}")
 
-    def _clear(self, which: str) -> float:
+    def _clear(self, which: str, plugins: tuple[str, ...]) -> float:
         """Clear a costmap; returns how long the answer takes, s."""
         name = f"{which}_costmap/clear_entirely_{which}_costmap"
         now = self._board.clock.now

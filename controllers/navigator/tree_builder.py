@@ -1,0 +1,184 @@
+"""Builds the behaviour tree of a run: Nav2's default tree, or the one of a user's XML file."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
+from functools import partial
+from typing import Any
+
+from controllers.nav2_params.navigation import NavigationParams
+from controllers.navigator import decorators
+from controllers.navigator.behavior_tree import (
+    Condition,
+    Fallback,
+    Node,
+    PipelineSequence,
+    RateController,
+    ReactiveFallback,
+    ReactiveSequence,
+    RecoveryNode,
+    RoundRobin,
+    Sequence,
+    SequenceWithMemory,
+    Status,
+)
+from controllers.navigator.behaviors import BackUp, Behavior, Spin, Wait
+from controllers.navigator.conditions import DistanceTraveled, GlobalUpdatedGoal, PathExpiringTimer, TimeExpired
+from controllers.navigator.latency import Latency
+from controllers.navigator.navigate_to_pose import (
+    Blackboard,
+    ClearEntireCostmap,
+    ComputePathToPose,
+    FollowPath,
+    RunBehavior,
+    Servers,
+    navigate_to_pose_w_replanning,
+    navigate_to_pose_w_replanning_and_recovery,
+    never,
+)
+from controllers.tree_xml import TreeNode, read_tree
+from controllers.tree_xml.nodes import SELECTORS
+
+GOAL_REACHED_TOLERANCE = 0.25
+"""Distance from the goal up to which ``GoalReached`` succeeds, m: the default of Nav2's ``goal_reached_tol``."""
+Ports = Mapping[str, Any]
+
+
+def build_tree(board: Blackboard, params: NavigationParams, servers: Servers, latency: Latency) -> Node:
+    """Build the tree of ``params.bt``.
+
+    Args:
+        board: What the leaves share.
+        params: All parameters of the navigator.
+        servers: What the leaves ask.
+        latency: How long messages take.
+    """
+    if params.bt.xml:
+        return _Builder(board, params, servers, latency).build(read_tree(params.bt.xml, params.release))
+    build = navigate_to_pose_w_replanning_and_recovery if params.bt.recoveries else navigate_to_pose_w_replanning
+    return build(board, params, servers, latency)
+
+
+class _Builder:
+    """Builds the nodes of a tree that was read."""
+
+    def __init__(self, board: Blackboard, params: NavigationParams, servers: Servers, latency: Latency) -> None:
+        self.board, self.params, self.servers, self.latency = board, params, servers, latency
+
+    def build(self, read: TreeNode) -> Node:
+        """Build a node and all below it."""
+        return MAKERS[read.name](self, read.ports, [self.build(child) for child in read.children])
+
+    def path(self, ports: Ports) -> Callable[[], Any]:
+        """Return what returns the path of a port."""
+        return partial(self.board.path_named, ports["path"])
+
+    def plan(self, ports: Ports) -> Node:
+        """Make the leaf that plans."""
+        return ComputePathToPose(self.board, self.servers.planner, self.latency, ports["path"], ports["error_code_id"])
+
+    def follow(self, ports: Ports) -> Node:
+        """Make the leaf that follows a path; it is the path of the run."""
+        self.board.followed = ports["path"]
+        return FollowPath(self.board, self.servers.controller, self.latency, ports["error_code_id"])
+
+    def clear(self, ports: Ports) -> Node:
+        """Make a leaf that clears a costmap."""
+        which = "local" if "local_costmap" in ports["service_name"] else "global"
+        plugins = tuple(filter(None, ports["plugins"].split(";")))
+        return ClearEntireCostmap(self.board, self.servers.clear, which, plugins)
+
+    def recovery(self, kind: str, make: Callable[[], Behavior], *, is_recovery: bool = True) -> Node:
+        """Make a leaf that runs a behaviour; one that does not exist fails."""
+        if kind not in self.servers.behaviors:
+            return Condition(never)
+        server = self.servers.behaviors[kind]
+        return RunBehavior(self.board, kind, make, server, self.latency, is_recovery=is_recovery)
+
+    def spin(self, ports: Ports) -> Node:
+        """Make a leaf that turns the robot."""
+        make = partial(Spin, ports["spin_dist"], self.params.behavior_server, ports["time_allowance"])
+        return self.recovery("spin", make, is_recovery=ports["is_recovery"])
+
+    def back_up(self, ports: Ports) -> Node:
+        """Make a leaf that backs up."""
+        server = self.params.behavior_server
+        make = partial(BackUp, ports["backup_dist"], ports["backup_speed"], server, ports["time_allowance"])
+        return self.recovery("backup", make, is_recovery=ports["is_recovery"])
+
+    def speed_controller(self, ports: Ports, child: Node) -> Node:
+        """Make a decorator that follows the robot's speed."""
+        rates, speeds = ((ports[f"min_{of}"], ports[f"max_{of}"]) for of in ("rate", "speed"))
+        robot = self.servers.robot
+        return decorators.SpeedController(child, rates, speeds, self.board.clock, lambda: robot.odometry)
+
+    def is_path_valid(self, ports: Ports) -> bool:
+        """Ask the planner server whether a path is free, which takes the time of a service."""
+        self.board.clock.now += self.latency.service
+        return self.servers.is_path_valid(self.board.path_named(ports["path"]))
+
+    def is_goal_reached(self) -> bool:
+        """Whether the robot is at the goal, whatever its heading."""
+        return decorators.between(self.servers.robot.pose, self.board.goal) <= GOAL_REACHED_TOLERANCE
+
+
+def always() -> bool:
+    """Return True."""
+    return True
+
+
+def _says(success: Status, failure: Status) -> Callable[[_Builder, Ports, list[Node]], Node]:
+    """Return what makes a decorator that returns something else when its child ends."""
+    return lambda builder, ports, children: decorators.Returning(children[0], success, failure)
+
+
+SUCCESS, FAILURE, RUNNING = Status.SUCCESS, Status.FAILURE, Status.RUNNING
+MAKERS: dict[str, Callable[[_Builder, Ports, list[Node]], Node]] = {
+    "Sequence": lambda b, p, c: Sequence(*c),
+    "SequenceStar": lambda b, p, c: SequenceWithMemory(*c),
+    "SequenceWithMemory": lambda b, p, c: SequenceWithMemory(*c),
+    "ReactiveSequence": lambda b, p, c: ReactiveSequence(*c),
+    "Fallback": lambda b, p, c: Fallback(*c),
+    "ReactiveFallback": lambda b, p, c: ReactiveFallback(*c),
+    "PipelineSequence": lambda b, p, c: PipelineSequence(*c),
+    "RoundRobin": lambda b, p, c: RoundRobin(*c, wrap_around=b.params.release != "lyrical" or p["wrap_around"]),
+    "RecoveryNode": lambda b, p, c: RecoveryNode(p["number_of_retries"], *c),
+    "Inverter": _says(FAILURE, SUCCESS),
+    "ForceSuccess": _says(SUCCESS, SUCCESS),
+    "ForceFailure": _says(FAILURE, FAILURE),
+    "KeepRunningUntilFailure": _says(RUNNING, FAILURE),
+    "RetryUntilSuccessful": lambda b, p, c: decorators.Again(c[0], FAILURE, p["num_attempts"]),
+    "Repeat": lambda b, p, c: decorators.Again(c[0], SUCCESS, p["num_cycles"]),
+    "GoalUpdater": lambda b, p, c: c[0],
+    "SingleTrigger": lambda b, p, c: decorators.SingleTrigger(c[0]),
+    "RateController": lambda b, p, c: RateController(p["hz"], b.board.clock, c[0]),
+    "DistanceController": lambda b, p, c: decorators.DistanceController(
+        c[0], p["distance"], lambda: b.servers.robot.pose
+    ),
+    "SpeedController": lambda b, p, c: b.speed_controller(p, c[0]),
+    "AlwaysSuccess": lambda b, p, c: Condition(always),
+    "AlwaysFailure": lambda b, p, c: Condition(never),
+    "GoalUpdated": lambda b, p, c: Condition(never),
+    "GlobalUpdatedGoal": lambda b, p, c: GlobalUpdatedGoal(),
+    "GoalReached": lambda b, p, c: Condition(b.is_goal_reached),
+    "InitialPoseReceived": lambda b, p, c: Condition(always),
+    "TransformAvailable": lambda b, p, c: Condition(always),
+    "IsPathValid": lambda b, p, c: Condition(partial(b.is_path_valid, p)),
+    "PathExpiringTimer": lambda b, p, c: PathExpiringTimer(p["seconds"], b.path(p), b.board.clock),
+    "TimeExpired": lambda b, p, c: TimeExpired(p["seconds"], b.board.clock),
+    "DistanceTraveled": lambda b, p, c: DistanceTraveled(p["distance"], lambda: b.servers.robot.pose),
+    "WouldAPlannerRecoveryHelp": lambda b, p, c: Condition(
+        partial(b.board.would_planner_recovery_help, p["error_code"])
+    ),
+    "WouldAControllerRecoveryHelp": lambda b, p, c: Condition(
+        partial(b.board.would_controller_recovery_help, p["error_code"])
+    ),
+    "ComputePathToPose": lambda b, p, c: b.plan(p),
+    "FollowPath": lambda b, p, c: b.follow(p),
+    "ClearEntireCostmap": lambda b, p, c: b.clear(p),
+    "Spin": lambda b, p, c: b.spin(p),
+    "Wait": lambda b, p, c: b.recovery("wait", partial(Wait, p["wait_duration"])),
+    "BackUp": lambda b, p, c: b.back_up(p),
+    **{name: lambda b, p, c: Condition(always) for name in SELECTORS},
+}
+"""What makes each node of :data:`controllers.tree_xml.NODES`, of its ports and children."""

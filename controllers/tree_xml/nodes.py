@@ -1,0 +1,181 @@
+"""The nodes of behaviour trees that are built here, with their ports and Nav2's defaults.
+
+Source: nav2_behavior_tree (Humble, Jazzy and Lyrical) plugins; BehaviorTree.CPP 3.8 and 4.7.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterator, Mapping
+from typing import Any, NamedTuple
+
+from controllers.releases import RELEASES, Release
+
+
+class Number(NamedTuple):
+    """A port with a number: its default, which a whole number makes a port of whole numbers, and its least value."""
+
+    default: float
+    least: float = -math.inf
+
+
+class Above(NamedTuple):
+    """A port with a number above 0, and its default."""
+
+    default: float
+
+
+class Switch(NamedTuple):
+    """A port with ``true`` or ``false``, and its default."""
+
+    default: bool
+
+
+class Variable(NamedTuple):
+    """A port with the name of a variable on the blackboard; it has no default if that is empty."""
+
+    default: str = ""
+
+
+class Name(NamedTuple):
+    """A port with a name, or with the name of a variable that holds it."""
+
+    default: str = ""
+
+
+Port = Number | Above | Switch | Variable | Name
+
+
+class NodeType(NamedTuple):
+    """What can stand in a tree.
+
+    Args:
+        children: The number of children; -1 for one or more.
+        ports: Its ports by name.
+        releases: The releases of Nav2 that have it.
+    """
+
+    children: int = 0
+    ports: Mapping[str, Port] = {}
+    releases: tuple[Release, ...] = RELEASES
+
+
+class TreeNode(NamedTuple):
+    """A node of a tree as it was read.
+
+    Args:
+        name: Its type, one of :data:`NODES`.
+        ports: The values of all its ports.
+        children: Its children, in order.
+    """
+
+    name: str
+    ports: Mapping[str, Any]
+    children: tuple[TreeNode, ...]
+
+    def walk(self) -> Iterator[TreeNode]:
+        """Yield the node and all below it."""
+        yield self
+        for child in self.children:
+            yield from child.walk()
+
+
+SOME, ONE, TWO = -1, 1, 2
+SINCE_JAZZY: tuple[Release, ...] = ("jazzy", "lyrical")
+PATH = Variable("path")
+
+SELECTORS = {
+    "PlannerSelector": "planner",
+    "ControllerSelector": "controller",
+    "SmootherSelector": "smoother",
+    "GoalCheckerSelector": "goal_checker",
+    "ProgressCheckerSelector": "progress_checker",
+    "PathHandlerSelector": "path_handler",
+}
+"""Nodes that put a plugin's name on the blackboard -> of what; nobody publishes another one than their default."""
+
+NODES: dict[str, NodeType] = {
+    "Sequence": NodeType(SOME),
+    "SequenceStar": NodeType(SOME, releases=("humble",)),
+    "SequenceWithMemory": NodeType(SOME, releases=SINCE_JAZZY),
+    "ReactiveSequence": NodeType(SOME),
+    "Fallback": NodeType(SOME),
+    "ReactiveFallback": NodeType(SOME),
+    "PipelineSequence": NodeType(SOME),
+    "RoundRobin": NodeType(SOME, {"wrap_around": Switch(False)}),
+    "RecoveryNode": NodeType(TWO, {"number_of_retries": Number(1, 0)}),
+    "Inverter": NodeType(ONE),
+    "ForceSuccess": NodeType(ONE),
+    "ForceFailure": NodeType(ONE),
+    "KeepRunningUntilFailure": NodeType(ONE),
+    "RetryUntilSuccessful": NodeType(ONE, {"num_attempts": Number(1, 1)}),
+    "Repeat": NodeType(ONE, {"num_cycles": Number(1, 1)}),
+    "GoalUpdater": NodeType(ONE, {"input_goal": Variable("goal"), "output_goal": Variable()}),
+    "SingleTrigger": NodeType(ONE),
+    "RateController": NodeType(ONE, {"hz": Above(10.0)}),
+    "DistanceController": NodeType(ONE, {"distance": Number(1.0, 0)}),
+    "SpeedController": NodeType(
+        ONE,
+        {
+            "min_rate": Above(0.1),
+            "max_rate": Above(1.0),
+            "min_speed": Number(0.0, 0),
+            "max_speed": Above(0.5),
+        },
+    ),
+    "AlwaysSuccess": NodeType(),
+    "AlwaysFailure": NodeType(),
+    "GoalUpdated": NodeType(),
+    "GlobalUpdatedGoal": NodeType(),
+    "GoalReached": NodeType(0, {"goal": Variable("goal")}),
+    "InitialPoseReceived": NodeType(),
+    "TransformAvailable": NodeType(0, {"parent": Name(), "child": Name()}),
+    "IsPathValid": NodeType(0, {"path": PATH}),
+    "PathExpiringTimer": NodeType(0, {"path": PATH, "seconds": Number(1.0, 0)}),
+    "TimeExpired": NodeType(0, {"seconds": Number(1.0, 0)}),
+    "DistanceTraveled": NodeType(0, {"distance": Number(1.0, 0)}),
+    "WouldAPlannerRecoveryHelp": NodeType(0, {"error_code": Variable()}, SINCE_JAZZY),
+    "WouldAControllerRecoveryHelp": NodeType(0, {"error_code": Variable()}, SINCE_JAZZY),
+    "ComputePathToPose": NodeType(
+        0, {"goal": Variable("goal"), "path": PATH, "planner_id": Name(), "error_code_id": Variable()}
+    ),
+    "FollowPath": NodeType(
+        0,
+        {
+            "path": PATH,
+            "controller_id": Name(),
+            "goal_checker_id": Name(),
+            "progress_checker_id": Name(),
+            "path_handler_id": Name(),
+            "error_code_id": Variable(),
+        },
+    ),
+    "ClearEntireCostmap": NodeType(0, {"service_name": Name(), "plugins": Name()}),
+    "Spin": NodeType(0, {"spin_dist": Number(1.57), "time_allowance": Number(10.0, 0), "is_recovery": Switch(True)}),
+    "Wait": NodeType(0, {"wait_duration": Number(1.0, 0)}),
+    "BackUp": NodeType(
+        0,
+        {
+            "backup_dist": Number(0.15, 0),
+            "backup_speed": Above(0.025),
+            "time_allowance": Number(10.0, 0),
+            "is_recovery": Switch(True),
+        },
+    ),
+    **{name: NodeType(0, {f"selected_{of}": Variable(), f"default_{of}": Name()}) for name, of in SELECTORS.items()},
+}
+"""All nodes by their names."""
+
+NEWER_PORTS: dict[str, tuple[Release, ...]] = {
+    "error_code_id": SINCE_JAZZY,
+    "progress_checker_id": SINCE_JAZZY,
+    "path_handler_id": ("lyrical",),
+    "plugins": ("lyrical",),
+    "wrap_around": ("lyrical",),
+}
+"""Ports that not every release has."""
+
+WITHOUT_EFFECT = frozenset(
+    {"ID", "name", "server_name", "server_timeout", "topic_name", "error_msg", "global_frame", "robot_base_frame"}
+)
+"""Ports that mean nothing here: there are no other servers, topics and frames, and each server answers in time."""
