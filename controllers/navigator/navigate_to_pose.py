@@ -102,6 +102,10 @@ class Blackboard:
         """Return the path in a variable; of no length if there is none."""
         return self.paths.get(name, NO_PATH)
 
+    def write(self, name: str, path: Any) -> None:
+        """Put a path in a variable."""
+        self.paths[name] = path
+
     def has_had_path(self) -> bool:
         """Whether there was a path at any time."""
         return self.has_planned

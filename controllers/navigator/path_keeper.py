@@ -9,6 +9,7 @@ from __future__ import annotations
 from typing import Any
 
 import numpy as np
+from numpy.typing import NDArray
 
 from controllers.navigator.costmap_wait import ServedCostmap
 from controllers.navigator.planner_server import RobotOnMap
@@ -57,6 +58,45 @@ class PathValidity:
         return bool(cost < LETHAL_OBSTACLE or cost == NO_INFORMATION)
 
 
+class NearestPose:
+    """Finds the pose of a path that is nearest to the robot, not far ahead of the one found last.
+
+    Args:
+        robot: Where the robot is.
+        search: Length of path ahead of the last nearest pose in which the next is sought, m; infinite for the whole
+            path at every time.
+        angular_weight: Metres for which a radian between the headings counts.
+
+    Attributes:
+        along: Length of the path up to each of its poses, m.
+    """
+
+    along: NDArray[np.float64]
+
+    def __init__(self, robot: RobotOnMap, search: float, angular_weight: float = 0.0) -> None:
+        self._robot, self._search, self._angular_weight = robot, search, angular_weight
+        self._path: Any = ()
+        self._nearest = 0
+
+    def on(self, path: NDArray[np.float64]) -> int:
+        """Return the index of the nearest pose of a path, ``(n, 3)`` on the map, which has poses."""
+        if path is not self._path:
+            self._path, self._nearest = path, 0
+            self.along = np.concatenate([[0.0], np.cumsum(np.hypot(*np.diff(path[:, :2], axis=0).T))])
+        begin = self._nearest if np.isfinite(self._search) else 0
+        end = int(np.searchsorted(self.along, self.along[begin] + self._search, side="right"))
+        self._nearest = begin + int(np.argmin(self._distances(path[begin:end])))
+        return self._nearest
+
+    def _distances(self, poses: NDArray[np.float64]) -> NDArray[np.float64]:
+        x, y, yaw = self._robot.pose
+        distances: NDArray[np.float64] = np.hypot(*(poses[:, :2] - np.array([x, y])).T)
+        if self._angular_weight:
+            turns = np.abs(np.angle(np.exp(1j * (poses[:, 2] - yaw))))
+            distances = np.hypot(distances, self._angular_weight * turns)
+        return distances
+
+
 class PathKeeper:
     """Keeps a path that is nearly driven and still free.
 
@@ -67,23 +107,13 @@ class PathKeeper:
     """
 
     def __init__(self, distance: float, robot: RobotOnMap, validity: PathValidity) -> None:
-        self._distance, self._robot, self._validity = distance, robot, validity
-        self._path: Any = ()
-        self._nearest = 0
+        self._distance, self._validity = distance, validity
+        self._nearest = NearestPose(robot, SEARCH)
 
     def keeps(self, path: Any) -> bool:
         """Return whether a path, ``(n, 3)`` on the map, is shorter than the distance from here on, and free."""
         if not len(path):
             return False
-        if path is not self._path:
-            self._path, self._nearest = path, 0
-            self._along = np.concatenate([[0.0], np.cumsum(np.hypot(*np.diff(path[:, :2], axis=0).T))])
-        self._nearest = self._find_nearest()
-        remaining = self._along[-1] - self._along[self._nearest]
-        return bool(remaining < self._distance) and self._validity.is_free(path[self._nearest :])
-
-    def _find_nearest(self) -> int:
-        """Return the index of the pose nearest to the robot, not far ahead of the last one."""
-        end = int(np.searchsorted(self._along, self._along[self._nearest] + SEARCH, side="right"))
-        ahead = self._path[self._nearest : end, :2] - np.array(self._robot.pose[:2])
-        return self._nearest + int(np.argmin(np.hypot(*ahead.T)))
+        nearest = self._nearest.on(path)
+        remaining = self._nearest.along[-1] - self._nearest.along[nearest]
+        return bool(remaining < self._distance) and self._validity.is_free(path[nearest:])

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable, Mapping
 from functools import partial
 from typing import Any
@@ -36,6 +37,8 @@ from controllers.navigator.navigate_to_pose import (
     navigate_to_pose_w_replanning_and_recovery,
     never,
 )
+from controllers.navigator.path_keeper import NearestPose
+from controllers.navigator.path_nodes import IsGoalNearby, TruncatePathLocal
 from controllers.tree_xml import TreeNode, read_tree
 from controllers.tree_xml.nodes import SELECTORS
 
@@ -117,6 +120,21 @@ class _Builder:
         self.board.clock.now += self.latency.service
         return self.servers.is_path_valid(self.board.path_named(ports["path"]))
 
+    def nearest_pose(self, ports: Ports) -> NearestPose:
+        """Make what finds the nearest pose of a path; a negative distance to search is that of the whole path."""
+        search = ports["max_robot_pose_search_dist"]
+        weight = ports.get("angular_distance_weight", 0.0)
+        return NearestPose(self.servers.robot, search if search >= 0.0 else math.inf, weight)
+
+    def truncate(self, ports: Ports) -> Node:
+        """Make a leaf that cuts a path."""
+        lengths = ports["distance_forward"], ports["distance_backward"]
+        path, write = (
+            partial(self.board.path_named, ports["input_path"]),
+            partial(self.board.write, ports["output_path"]),
+        )
+        return TruncatePathLocal(path, write, *lengths, self.nearest_pose(ports))
+
     def is_goal_reached(self) -> bool:
         """Whether the robot is at the goal, whatever its heading."""
         return decorators.between(self.servers.robot.pose, self.board.goal) <= GOAL_REACHED_TOLERANCE
@@ -164,6 +182,9 @@ MAKERS: dict[str, Callable[[_Builder, Ports, list[Node]], Node]] = {
     "InitialPoseReceived": lambda b, p, c: Condition(always),
     "TransformAvailable": lambda b, p, c: Condition(always),
     "IsPathValid": lambda b, p, c: Condition(partial(b.is_path_valid, p)),
+    "ValidatePath": lambda b, p, c: Condition(partial(b.is_path_valid, p)),
+    "IsGoalNearby": lambda b, p, c: IsGoalNearby(b.path(p), p["proximity_threshold"], b.nearest_pose(p)),
+    "TruncatePathLocal": lambda b, p, c: b.truncate(p),
     "PathExpiringTimer": lambda b, p, c: PathExpiringTimer(p["seconds"], b.path(p), b.board.clock),
     "TimeExpired": lambda b, p, c: TimeExpired(p["seconds"], b.board.clock),
     "DistanceTraveled": lambda b, p, c: DistanceTraveled(p["distance"], lambda: b.servers.robot.pose),

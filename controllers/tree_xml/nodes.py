@@ -131,6 +131,23 @@ NODES: dict[str, NodeType] = {
     "InitialPoseReceived": NodeType(),
     "TransformAvailable": NodeType(0, {"parent": Name(), "child": Name()}),
     "IsPathValid": NodeType(0, {"path": PATH}),
+    "ValidatePath": NodeType(0, {"path": PATH}, ("lyrical",)),
+    "IsGoalNearby": NodeType(
+        0,
+        {"path": PATH, "proximity_threshold": Number(1.0), "max_robot_pose_search_dist": Number(-1.0)},
+        ("lyrical",),
+    ),
+    "TruncatePathLocal": NodeType(
+        0,
+        {
+            "input_path": PATH,
+            "output_path": PATH,
+            "distance_forward": Number(8.0),
+            "distance_backward": Number(4.0, 0),
+            "angular_distance_weight": Number(0.0, 0),
+            "max_robot_pose_search_dist": Number(-1.0),
+        },
+    ),
     "PathExpiringTimer": NodeType(0, {"path": PATH, "seconds": Number(1.0, 0)}),
     "TimeExpired": NodeType(0, {"seconds": Number(1.0, 0)}),
     "DistanceTraveled": NodeType(0, {"distance": Number(1.0, 0)}),
@@ -176,6 +193,17 @@ NEWER_PORTS: dict[str, tuple[Release, ...]] = {
 """Ports that not every release has."""
 
 WITHOUT_EFFECT = frozenset(
-    {"ID", "name", "server_name", "server_timeout", "topic_name", "error_msg", "global_frame", "robot_base_frame"}
+    {
+        "ID",
+        "error_msg",
+        "global_frame",
+        "name",
+        "robot_base_frame",
+        "robot_frame",
+        "server_name",
+        "server_timeout",
+        "topic_name",
+        "transform_tolerance",
+    }
 )
 """Ports that mean nothing here: there are no other servers, topics and frames, and each server answers in time."""

@@ -35,6 +35,7 @@ SHARED = ("__shared_blackboard", "__autoremap", "_autoremap")
 """Attributes by which all variables of a subtree are those of the tree around it."""
 SWITCHES = {"true": True, "1": True, "false": False, "0": False}
 GOAL = "goal"
+WRITTEN_PATHS = {"ComputePathToPose": "path", "TruncatePathLocal": "output_path"}
 COSTMAPS = ("local_costmap", "global_costmap")
 
 
@@ -233,9 +234,9 @@ def _check_variables(tree: TreeNode) -> None:
     """
     nodes = list(tree.walk())
     goals = {GOAL, *(node.ports["output_goal"] for node in nodes if node.name == "GoalUpdater")}
-    paths = {node.ports["path"] for node in nodes if node.name == "ComputePathToPose"}
+    paths = {node.ports[port] for node in nodes if (port := WRITTEN_PATHS.get(node.name))}
     codes = {node.ports["error_code_id"] for node in nodes if node.name in ("ComputePathToPose", "FollowPath")}
-    known = {"goal": goals, "input_goal": goals, "path": paths, "error_code": codes - {""}}
+    known = {"goal": goals, "input_goal": goals, "path": paths, "input_path": paths, "error_code": codes - {""}}
     for node in nodes:
         for port in known.keys() & node.ports.keys():
             if node.ports[port] not in known[port]:

@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from controllers.base import STOP, Twist
-from controllers.nav2_params.navigation import BehaviorTree, NavigationParams
+from controllers.nav2_params.navigation import NavigationParams, default_tree
 from controllers.navigator.behavior_tree import Status, halt_tree
 from controllers.navigator.costmap_wait import UpdateSchedule
 from controllers.navigator.latency import Latency
@@ -83,8 +83,8 @@ class TreeReplay:
         self.runs: list[Run] = []
         self.ticks: list[int] = []
         self._script = read_script(script) if isinstance(script, list) else script
-        tree = {"bt": BehaviorTree(xml=xml)} if xml else {}
-        self._release, self._params = release, NavigationParams(release=release, **tree)
+        tree = default_tree(release).replace(xml=xml)
+        self._release, self._params = release, NavigationParams(release=release, bt=tree)
         self._board = Blackboard(Pose(0.0, 0.0))
         self._latency = Latency(message=self._script.get("lat", 1.0) / 2000.0)
         self._numbers = itertools.count(1)

@@ -1,0 +1,120 @@
+from __future__ import annotations
+
+import pytest
+
+from controllers.releases import RELEASES
+from controllers.tree_xml import plugin_names, read_tree
+from gym_mapbench.errors import ConfigError
+from tests.controllers.trees import FOLLOW, PLAN, default_xml, xml_of
+
+DRIVE = f"<Sequence>{PLAN}{FOLLOW}</Sequence>"
+
+
+def names(xml: str, release: str = "humble") -> list[str]:
+    return [node.name for node in read_tree(xml, release).walk()]
+
+
+@pytest.mark.parametrize("release", RELEASES)
+def test_the_exported_default_tree_is_read(release):
+    read = read_tree(default_xml(release, replanning_frequency=2.5), release)
+    rates = [node.ports["hz"] for node in read.walk() if node.name == "RateController"]
+    assert (read.name, rates) == ("RecoveryNode", [2.5])
+    assert plugin_names(read) == {"planner_id": "GridBased", "controller_id": "FollowPath"}
+
+
+def test_ports_that_are_not_given_have_nav2s_defaults():
+    tree = read_tree(xml_of(f"<Sequence><BackUp/><Wait/>{PLAN}{FOLLOW}</Sequence>"), "humble")
+    backup, wait = tree.children[:2]
+    assert (backup.ports["backup_dist"], backup.ports["backup_speed"], wait.ports["wait_duration"]) == (0.15, 0.025, 1)
+
+
+def test_compact_elements_are_the_same_nodes():
+    compact = '<Control ID="Sequence"><Action ID="Wait" wait_duration="2"/>' + PLAN + FOLLOW + "</Control>"
+    assert names(xml_of(compact)) == ["Sequence", "Wait", "ComputePathToPose", "FollowPath"]
+
+
+def test_a_subtree_is_put_in_place_with_the_variables_it_is_given():
+    inside = FOLLOW.replace("{path}", "{route}")
+    for given in ('route="{path}"', 'route="path"', '_autoremap="true"'):
+        route = "{route}" if given.startswith("_") else "{path}"
+        main = f'<Sequence>{PLAN.replace("{path}", route)}<SubTree ID="Drive" {given}/></Sequence>'
+        tree = f'<BehaviorTree ID="Main">{main}</BehaviorTree><BehaviorTree ID="Drive">{inside}</BehaviorTree>'
+        read = read_tree(f'<root main_tree_to_execute="Main">{tree}</root>', "humble")
+        plan, follow = read.children
+        assert plan.ports["path"] == follow.ports["path"] == route.strip("{}")
+
+
+def test_selectors_name_the_plugins_of_variables():
+    selector = '<PlannerSelector selected_planner="{chosen}" default_planner="Smac" topic_name="planner_selector"/>'
+    tree = xml_of(f"<Sequence>{selector}{PLAN.replace('GridBased', '{chosen}')}{FOLLOW}</Sequence>")
+    assert plugin_names(read_tree(tree, "jazzy"))["planner_id"] == "Smac"
+
+
+@pytest.mark.parametrize(
+    ("xml", "release", "message"),
+    [
+        ("<root", "humble", "not an XML file"),
+        ("<tree/>", "humble", "expected <root> with a <BehaviorTree>"),
+        ('<!DOCTYPE a [<!ENTITY b "c">]><root/>', "humble", "plain XML"),
+        (xml_of(DRIVE).replace('execute="Main"', 'execute="Man"'), "humble", "unknown tree 'Man'; did you mean 'Main'"),
+        (xml_of(""), "humble", "BehaviorTree Main: expected one node in it, got 0"),
+        (xml_of(f"<Sequence>{DRIVE}<Spinn/></Sequence>"), "humble", "unknown node 'Spinn'; did you mean 'Spin'"),
+        (xml_of(f"<SequenceWithMemory>{DRIVE}</SequenceWithMemory>"), "humble", "unknown node 'SequenceWithMemory'"),
+        (xml_of(f"<Inverter>{DRIVE}{DRIVE}</Inverter>"), "humble", "Inverter: expected 1 children, got 2"),
+        (
+            xml_of(f"<Sequence>{DRIVE}<Fallback/></Sequence>"),
+            "humble",
+            "Fallback: expected one or more children, got 0",
+        ),
+        (
+            xml_of(f'<RateController hz="fast">{DRIVE}</RateController>'),
+            "humble",
+            "RateController.hz: expected a number",
+        ),
+        (xml_of(f'<RateController hz="0">{DRIVE}</RateController>'), "humble", "hz: expected a number above 0, got 0"),
+        (xml_of(f'<RateController rate="1">{DRIVE}</RateController>'), "humble", "unknown port 'rate'"),
+        (xml_of(f'<Repeat num_cycles="1.5">{DRIVE}</Repeat>'), "humble", "num_cycles: expected a whole number"),
+        (xml_of(f'<RoundRobin wrap_around="true">{DRIVE}</RoundRobin>'), "jazzy", "unknown port 'wrap_around'"),
+        (
+            xml_of(f"<Sequence>{PLAN}{FOLLOW.replace('{path}', '{way}')}</Sequence>"),
+            "humble",
+            "expected {path}, got {way}",
+        ),
+        (
+            xml_of(f"<Sequence>{PLAN.replace('{path}', 'path')}{FOLLOW}</Sequence>"),
+            "humble",
+            "a variable such as {path}",
+        ),
+        (
+            xml_of(f"<Sequence>{PLAN.replace('{goal}', '{aim}')}{FOLLOW}</Sequence>"),
+            "humble",
+            "expected {goal}, got {aim}",
+        ),
+        (xml_of(PLAN), "humble", "expected a node FollowPath"),
+        (
+            xml_of(f'<Sequence>{DRIVE}<ClearEntireCostmap service_name="x"/></Sequence>'),
+            "humble",
+            "service_name: expected",
+        ),
+        (
+            xml_of(f'<SpeedController min_rate="2" max_rate="1">{DRIVE}</SpeedController>'),
+            "humble",
+            "min_rate: expected less than max_rate",
+        ),
+        (xml_of(f'<Sequence _skipIf="true">{DRIVE}</Sequence>'), "jazzy", "unknown port '_skipIf'"),
+        (xml_of('<SubTree ID="Main"/>'), "humble", "SubTree Main: expected a tree without itself"),
+    ],
+)
+def test_errors_say_what_is_wrong_in_one_line(xml, release, message):
+    with pytest.raises(ConfigError) as error:
+        read_tree(xml, release)
+    assert message in str(error.value)
+    assert "\n" not in str(error.value)
+
+
+def test_two_plugins_of_one_kind_are_refused():
+    second = FOLLOW.replace('FollowPath"', 'Docking"')
+    with pytest.raises(
+        ConfigError, match="controller_id: expected one in the whole tree, got 'FollowPath' and 'Docking'"
+    ):
+        plugin_names(read_tree(xml_of(f"<Sequence>{DRIVE}{second}</Sequence>"), "humble"))
