@@ -17,7 +17,7 @@ from controllers.checkers import (
 from controllers.nav2_params import keys
 from controllers.nav2_params.navigation import ControllerPlugin, ControllerServer
 from controllers.nav2_params.plugins import CONTROLLERS, controller_kind, is_shim, primary_class, strays
-from controllers.nav2_params.tree_ids import GOAL_CHECKER, PATH_HANDLER, PROGRESS_CHECKER, TreeIds
+from controllers.nav2_params.tree_ids import CONTROLLER, GOAL_CHECKER, PATH_HANDLER, PROGRESS_CHECKER, TreeIds
 from controllers.path_handler import PATH_HANDLER_ID, PATH_HANDLER_KEYS, PATH_HANDLERS, PathHandler
 from controllers.rotation_shim.plugin import PRIMARY, unfold
 from gym_mapbench.errors import ConfigError
@@ -46,7 +46,7 @@ class ControllersFound:
         server: The server, its checkers included.
         controllers: Controllers that are built here, by their names in the file.
         foreign: Names of the other controllers -> why they cannot drive here.
-        asked_for: The controller that Nav2's default tree asks for: ``FollowPath``, or else the first.
+        asked_for: The controller for which the tree asks, ``FollowPath`` in Nav2's default tree, or else the first.
     """
 
     server: ControllerServer = field(default_factory=ControllerServer)
@@ -85,7 +85,8 @@ def read_controllers(server: Section, ids: TreeIds) -> ControllersFound:
     settings = server.make(ControllerServer, {**server.read(keys.CONTROLLER_SERVER, _scalars()), **plugins})
     for name, plugin in controllers.items():
         _check_period(f"{server.name}.{name}", plugin, 1.0 / settings.controller_frequency)
-    return ControllersFound(settings, controllers, foreign, TREES_CHOICE if TREES_CHOICE in names else (*names, "")[0])
+    choice = ids.names.get(CONTROLLER, TREES_CHOICE)
+    return ControllersFound(settings, controllers, foreign, choice if choice in names else (*names, "")[0])
 
 
 def _check_period(full: str, plugin: ControllerPlugin, control_period: float) -> None:

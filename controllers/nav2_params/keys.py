@@ -109,7 +109,6 @@ BT_NAVIGATOR = Keys(
         "default_bt_xml_filename": "an older name of default_nav_to_pose_bt_xml; the default tree drives here",
         "transform_timeout": "an older name of transform_tolerance",
     },
-    left_out=frozenset({"default_nav_to_pose_bt_xml"}),
 )
 VELOCITY_SMOOTHER = Keys(
     ros_only=frozenset({"odom_topic", "stamp_smoothed_velocity_with_smoothing_time"}),

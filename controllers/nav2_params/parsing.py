@@ -25,8 +25,10 @@ from controllers.nav2_params.navigation import (
 from controllers.nav2_params.nodes import COSTMAPS, SECTIONS, all_nodes, find_sections
 from controllers.nav2_params.plugins import BEHAVIORS, PLANNERS, names_in_ros, stand_in
 from controllers.nav2_params.recognition import Recognition, recognise
-from controllers.nav2_params.tree_ids import NAVIGATOR, PLANNER, TreeIds
+from controllers.nav2_params.tree_file import NAVIGATOR, take_tree
+from controllers.nav2_params.tree_ids import PLANNER, TreeIds
 from controllers.releases import Release
+from controllers.tree_xml import TreeNode
 from gym_mapbench.errors import ConfigError, nearest_name
 from gym_mapbench.ros_params import (
     Finding,
@@ -48,13 +50,10 @@ TREES_PLANNER = "GridBased"
 USUAL_PLANNER = "navfn"
 """Nav2's default planner; it stands in for planners that are not built here."""
 
+LEAVES = {"spin": "Spin", "backup": "BackUp", "wait": "Wait"}
+"""Behaviours -> the nodes of a tree that ask for them."""
 MISSPELT_PLUGIN = 0.8
 """Similarity from which on an unknown plugin is probably a misspelt one of the tree."""
-TREE_FILE = "default_nav_to_pose_bt_xml"
-DEFAULT_TREES = tuple(
-    f"nav2_bt_navigator{end}/behavior_trees/navigate_to_pose_w_replanning_and_recovery.xml" for end in (")", "")
-)
-"""Ends of the path of Nav2's default tree, with ``$(find-pkg-share ..)`` and in full."""
 
 
 @dataclass(frozen=True)
@@ -158,11 +157,14 @@ def _read_sections(sections: Mapping[str, Section], servers: FilterServers) -> t
     """Read every section of the file into options of :class:`NavigationParams`, and the controllers."""
     costmaps = [name for name in COSTMAPS if name in sections]
     filters = {name: read_filters(sections[name], servers, sections.get("controller_server")) for name in costmaps}
-    ids = TreeIds.take(sections.get(NAVIGATOR))
-    _tell_missing(sections, ids)
+    file = take_tree(sections.get(NAVIGATOR), servers.folder)
+    ids = TreeIds.take(sections.get(NAVIGATOR), file)
+    if file.is_default or file.tree:
+        _tell_missing(sections, ids, BEHAVIORS if file.tree is None else _behaviors_of(file.tree))
     found = {field: read(sections[name]) for name, (field, read) in READERS.items() if name in sections}
     if "planner_server" in sections:
         found["planner"] = _read_planner(sections["planner_server"], ids)
+    found |= {"bt": found["bt"].replace(xml=file.xml)} if file.xml else {}
     found |= {name: read_costmap(sections[name], filters[name]) for name in costmaps}
     found["release"] = next(iter(sections.values())).findings.release
     if "controller_server" not in sections:
@@ -211,18 +213,21 @@ def _read_behaviors(server: Section) -> BehaviorServer:
     return server.make(BehaviorServer, {**values, "behavior_plugins": tuple(enabled)})
 
 
-def _tell_missing(sections: Mapping[str, Section], ids: TreeIds) -> None:
-    """List the plugins for which Nav2's default tree asks and which the file's lists lack, if it has no other tree.
+def _behaviors_of(tree: TreeNode) -> list[str]:
+    """Return the behaviours for which a tree asks."""
+    nodes = {node.name for node in tree.walk()}
+    return [name for name, leaf in LEAVES.items() if leaf in nodes]
+
+
+def _tell_missing(sections: Mapping[str, Section], ids: TreeIds, behaviors: Iterable[str]) -> None:
+    """List the plugins for which the tree asks and which the file's lists lack.
 
     Without a behaviour's action server the tree does not load; without the planner no plan is made. Controllers are not
     listed: each of a file's controllers can drive here.
     """
-    tree = str(sections[NAVIGATOR].values.get(TREE_FILE, "")) if NAVIGATOR in sections else ""
-    if tree and not tree.endswith(DEFAULT_TREES):
-        return
     asked_for = {
         "planner_server": ("planner_plugins", (ids.names.get(PLANNER) or TREES_PLANNER,)),
-        "behavior_server": ("behavior_plugins", tuple(BEHAVIORS)),
+        "behavior_server": ("behavior_plugins", tuple(behaviors)),
     }
     for name, (key, wanted) in asked_for.items():
         given = sections[name].values.get(key) if name in sections else None
@@ -266,9 +271,6 @@ def _last_part(ros_class: str) -> str:
 
 
 def _read_tree(section: Section) -> BehaviorTree:
-    if str(section.values.get(TREE_FILE)).endswith(DEFAULT_TREES):
-        section.findings.add("ros_only", f"{section.name}.{TREE_FILE}")
-        del section.values[TREE_FILE]
     values = section.read(keys.BT_NAVIGATOR, parameter_names(BehaviorTree))
     defaults = default_tree(section.findings.release).model_dump(exclude_defaults=True)
     return section.make(BehaviorTree, {**defaults, **values})

@@ -19,7 +19,7 @@ MOST = 6
 """How many reasons, and how many findings for each reason, the short summary names of one kind."""
 TOLD: tuple[tuple[Kind, str], ...] = (
     ("mistyped", "Nav2 does not start with"),
-    ("missing", "Nav2's default tree needs"),
+    ("missing", "the behaviour tree needs"),
     ("misplaced", "ROS gives to no node (read here all the same)"),
     ("template", "left to the robot"),
     ("replaced", "replaced"),

@@ -10,15 +10,19 @@ from collections.abc import Mapping
 from dataclasses import dataclass, field
 from typing import NamedTuple
 
+from controllers.nav2_params.tree_file import NAVIGATOR, TREE_FILE, TreeFile
+from controllers.tree_xml import plugin_names
 from gym_mapbench.errors import ConfigError
 from gym_mapbench.ros_params import Section
 
-NAVIGATOR = "bt_navigator"
 PLANNER = "planner_id"
+CONTROLLER = "controller_id"
 GOAL_CHECKER = "goal_checker_id"
 PROGRESS_CHECKER = "progress_checker_id"
 PATH_HANDLER = "path_handler_id"
 PORTS = (PLANNER, GOAL_CHECKER, PROGRESS_CHECKER, PATH_HANDLER)
+DEFAULT = TreeFile()
+OWN_TREE = f"the tree in {NAVIGATOR}.{TREE_FILE}"
 
 
 class Chosen(NamedTuple):
@@ -39,16 +43,23 @@ class TreeIds:
 
     Args:
         names: Port -> the name. Nav2's default tree gives none of the ports of the controller server's checkers.
+        tree: What the tree is called.
+        given: The ports whose names stand in the navigator's section.
     """
 
     names: Mapping[str, str] = field(default_factory=dict)
+    tree: str = "Nav2's default tree"
+    given: frozenset[str] = frozenset()
 
     @classmethod
-    def take(cls, navigator: Section | None) -> TreeIds:
-        """Take the names out of the navigator's section, where all options of the tree stand here."""
+    def take(cls, navigator: Section | None, file: TreeFile = DEFAULT) -> TreeIds:
+        """Take the names out of a file's own tree, and out of the navigator's section, which has the last word."""
         if navigator is None:
             return cls()
-        return cls({port: navigator.take_name(port, "") for port in PORTS if port in navigator.values})
+        given = {port: navigator.take_name(port, "") for port in PORTS if port in navigator.values}
+        if file.tree is None:
+            return cls(given, given=frozenset(given))
+        return cls(plugin_names(file.tree) | given, OWN_TREE, frozenset(given))
 
     def choose(self, port: str, server: Section, key: str, usual: tuple[str, ...], least: int = 1) -> Chosen:
         """Choose the plugin of a server's list that the tree names, or else the only plugin; the others are unused.
@@ -67,7 +78,7 @@ class TreeIds:
         name = self.named(port, names, f"{server.name}.{key}") or (*names, "")[0]
         if len(names) > 1 and not self.names.get(port):
             raise ConfigError(
-                f"{server.name}.{key}: Nav2's default tree names none of {', '.join(names)}, so Nav2 refuses every "
+                f"{server.name}.{key}: {self.tree} names none of {', '.join(names)}, so Nav2 refuses every "
                 f"path; if your tree names one, add {NAVIGATOR}.{port}: {name}"
             )
         for other in names:
@@ -83,5 +94,6 @@ class TreeIds:
         """
         name = self.names.get(port, "")
         if name and name not in names:
-            raise ConfigError(f"{where}: expected {name!r} among them, as {NAVIGATOR}.{port} says, got {list(names)}")
+            said = f"{NAVIGATOR}.{port} says" if port in self.given else f"the {port} of {self.tree} says"
+            raise ConfigError(f"{where}: expected {name!r} among them, as {said}, got {list(names)}")
         return name

@@ -604,7 +604,7 @@ def test_plugins_for_which_nav2s_default_tree_asks_are_named():
     assert missing(["spin", "wait"], default_nav_to_pose_bt_xml="/mine/without_backup.xml") == {}
     assert parse_nav2_params({"behavior_server": node()}).named("missing") == ()
     lines = summarise(parse_nav2_params({"behavior_server": node(behavior_plugins=["spin", "wait"])}))
-    wanted = "Nav2's default tree needs: behavior_server.backup: expected in behavior_plugins"
+    wanted = "the behaviour tree needs: behavior_server.backup: expected in behavior_plugins"
     assert wanted in lines
 
 
