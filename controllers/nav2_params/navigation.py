@@ -19,7 +19,7 @@ from controllers.nav2_params.plugins import CONTROLLERS, SHIMS
 from controllers.path_handler import PathHandler
 from controllers.releases import RELEASES, Release
 from controllers.rotation_shim.plugin import configured_inside
-from controllers.tree_xml import plugin_names, read_tree
+from controllers.tree_xml import cleared_layers, plugin_names, read_tree
 from gym_mapbench.costmap import CostmapParams
 from gym_mapbench.errors import ConfigError, refuse_unknown, unknown_name
 from gym_mapbench.planners import PLANNERS
@@ -275,7 +275,8 @@ class NavigationParams(ExtendedSettings):
     @model_validator(mode="after")
     def _clears_existing_layers(self) -> Self:
         for which, costmap in (("local", self.local_costmap), ("global", self.global_costmap)):
-            named, option = self.bt.plugins_to_clear(which), f"bt.{which}_clear_plugins"
+            option = f"{which}_costmap of bt.xml" if self.bt.xml else f"bt.{which}_clear_plugins"
+            named = self._layers_to_clear(which)
             if named and self.release != "lyrical":
                 raise ConfigError(f"{option}: clears of Nav2 {self.release.capitalize()} name no layers")
             for name in named:
@@ -283,6 +284,12 @@ class NavigationParams(ExtendedSettings):
                     known = " or ".join(costmap.clearable) or "none: no layer of this costmap looks at scans"
                     raise ConfigError(f"{option}: expected {known}, got {name!r}, at which Nav2's clear fails")
         return self
+
+    def _layers_to_clear(self, which: str) -> tuple[str, ...]:
+        """Return the layers that clears of the costmap ``local`` or ``global`` name."""
+        if not self.bt.xml:
+            return self.bt.plugins_to_clear(which)
+        return cleared_layers(read_tree(self.bt.xml, self.release), which)
 
     @property
     def costmaps(self) -> dict[str, CostmapParams]:

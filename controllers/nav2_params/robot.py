@@ -11,6 +11,7 @@ from controllers.descriptor import Limits, highest
 from controllers.nav2_params.navigation import NavigationParams
 from controllers.nav2_params.parsing import Nav2Params
 from controllers.nav2_params.plugins import CONTROLLERS
+from controllers.tree_xml import read_tree
 from gym_mapbench.costmap import CostmapParams
 from gym_mapbench.world.robot import RobotSpec
 
@@ -91,9 +92,12 @@ def _smoother_limits(navigation: NavigationParams) -> Limits:
 
 
 def _recovery_limits(navigation: NavigationParams) -> Limits:
-    server = navigation.behavior_server
+    server, speeds = navigation.behavior_server, [navigation.bt.backup_speed]
+    if navigation.bt.xml:
+        nodes = read_tree(navigation.bt.xml, navigation.release).walk()
+        speeds = [node.ports["backup_speed"] for node in nodes if node.name == "BackUp"]
     return {
-        "max_reverse_velocity": navigation.bt.backup_speed,
+        **({"max_reverse_velocity": max(speeds)} if speeds else {}),
         "max_angular_velocity": server.max_rotational_vel,
         "max_angular_acceleration": server.rotational_acc_lim,
     }

@@ -39,7 +39,7 @@ from controllers.navigator.navigate_to_pose import (
 )
 from controllers.navigator.path_keeper import NearestPose
 from controllers.navigator.path_nodes import IsGoalNearby, TruncatePathLocal
-from controllers.tree_xml import TreeNode, read_tree
+from controllers.tree_xml import TreeNode, cleared_costmap, named_layers, read_tree
 from controllers.tree_xml.nodes import SELECTORS
 
 GOAL_REACHED_TOLERANCE = 0.25
@@ -87,9 +87,7 @@ class _Builder:
 
     def clear(self, ports: Ports) -> Node:
         """Make a leaf that clears a costmap."""
-        which = "local" if "local_costmap" in ports["service_name"] else "global"
-        plugins = tuple(filter(None, ports["plugins"].split(";")))
-        return ClearEntireCostmap(self.board, self.servers.clear, which, plugins)
+        return ClearEntireCostmap(self.board, self.servers.clear, cleared_costmap(ports), named_layers(ports))
 
     def recovery(self, kind: str, make: Callable[[], Behavior], *, is_recovery: bool = True) -> Node:
         """Make a leaf that runs a behaviour; one that does not exist fails."""

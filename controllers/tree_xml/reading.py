@@ -36,6 +36,7 @@ SHARED = ("__shared_blackboard", "__autoremap", "_autoremap")
 SWITCHES = {"true": True, "1": True, "false": False, "0": False}
 GOAL = "goal"
 WRITTEN_PATHS = {"ComputePathToPose": "path", "TruncatePathLocal": "output_path"}
+CLEAR = "ClearEntireCostmap"
 COSTMAPS = ("local_costmap", "global_costmap")
 
 
@@ -86,6 +87,22 @@ def plugin_names(tree: TreeNode) -> dict[str, str]:
             if name and found.setdefault(port, name) != name:
                 raise ConfigError(f"{port}: expected one in the whole tree, got {found[port]!r} and {name!r}")
     return found
+
+
+def cleared_costmap(ports: Mapping[str, Any]) -> str:
+    """Return which costmap a ``ClearEntireCostmap`` with these ports clears, ``local`` or ``global``."""
+    return "local" if COSTMAPS[0] in ports["service_name"] else "global"
+
+
+def named_layers(ports: Mapping[str, Any]) -> tuple[str, ...]:
+    """Return the layers that a ``ClearEntireCostmap`` with these ports names; none for all."""
+    return tuple(filter(None, ports["plugins"].split(";")))
+
+
+def cleared_layers(tree: TreeNode, which: str) -> tuple[str, ...]:
+    """Return the layers that all clears of the costmap ``local`` or ``global`` name."""
+    clears = (node.ports for node in tree.walk() if node.name == CLEAR)
+    return tuple(name for ports in clears if cleared_costmap(ports) == which for name in named_layers(ports))
 
 
 def _parse(xml: str) -> Element:
@@ -253,7 +270,7 @@ def _check_values(tree: TreeNode) -> None:
         ConfigError: Naming the node.
     """
     for node in tree.walk():
-        if node.name == "ClearEntireCostmap" and not any(of in node.ports["service_name"] for of in COSTMAPS):
+        if node.name == CLEAR and not any(of in node.ports["service_name"] for of in COSTMAPS):
             expected = " or ".join(f"{of}/clear_entirely_{of}" for of in COSTMAPS)
             raise ConfigError(f"{node.name}.service_name: expected {expected}, got {node.ports['service_name']!r}")
         if node.name == "SpeedController":

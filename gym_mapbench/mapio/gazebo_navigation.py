@@ -10,12 +10,15 @@ from typing import Any
 import yaml
 
 from gym_mapbench.errors import ConfigError
+from gym_mapbench.mapio.gazebo_trees import tree_with_plugins
 from gym_mapbench.mapio.output import Files, check_names
 from gym_mapbench.mapio.rendering import render
 from gym_mapbench.releases import Release
 
 FILTER_SERVERS = ("filter_info_server", "filter_mask_server")
 """Ends of the names of the servers of costmap filters."""
+PLUGINS_OF_PATHS = ("goal_checker", "progress_checker", "path_handler")
+"""Kinds of plugins of the controller server that a leaf may name, besides the controller."""
 CONTROLLER_PACKAGES = ("nav2_mppi_controller", "nav2_graceful_controller")
 """Packages of controllers that not every release's package ``navigation2`` brings."""
 
@@ -29,7 +32,7 @@ class BundledNavigation:
         controllers: Names of the controller plugins in it that are compared; one behaviour tree each.
         tree: Numbers of the behaviour tree: ``replanning_frequency``, ``number_of_retries``, ``spin_dist``,
             ``wait_duration``, ``backup_dist``, ``backup_speed``, ``time_allowance``, and ``recoveries`` (whether there
-            are any).
+            are any); or a whole tree as ``xml``.
         release: Release of Nav2.
         masks: Map files of the costmap filters' masks, by name.
         besides: Settings that MapBench drove with and that are no parameters of Nav2, by name; they become a comment
@@ -88,15 +91,26 @@ class BundledNavigation:
         return trees | self.masks | {"nav2_params.yaml": self._comment() + _yaml(self.params)}
 
     def _tree(self, controller: str) -> str:
-        """The default tree of the release with one controller, and the behaviours that have a server."""
+        """A user's tree, or the release's default tree, with one controller and the behaviours that have a server."""
+        tree_id = f"MapBench_{controller.replace('.', '_')}"
+        if self.tree.get("xml"):
+            return tree_with_plugins(self.tree["xml"], tree_id, self._ids(controller))
         return render(
             "behavior_tree.xml.j2",
+            tree_id=tree_id,
             controller=controller,
             planner=_plugins(self.params, "planner_server", "planner_plugins")[0],
             release=self.release,
             tree=self.tree,
             behaviors=_plugins(self.params, "behavior_server", "behavior_plugins", least=0),
         )
+
+    def _ids(self, controller: str) -> dict[str, str]:
+        """Return, by port, the plugins that a user's tree has to name."""
+        server = self.params["controller_server"]["ros__parameters"]
+        first = {f"{kind}_id": (server.get(f"{kind}_plugins") or [""])[0] for kind in PLUGINS_OF_PATHS}
+        planner = _plugins(self.params, "planner_server", "planner_plugins")[0]
+        return {**first, "controller_id": controller, "planner_id": planner}
 
     def _comment(self) -> str:
         head = f"# Nav2 {self.release.capitalize()}.\n"

@@ -13,6 +13,7 @@ def default_xml(release: Release = "humble", **numbers: object) -> str:
     behaviors = ["spin", "wait", "backup"]
     return render(
         "behavior_tree.xml.j2",
+        tree_id="Main",
         controller="FollowPath",
         planner="GridBased",
         release=release,

@@ -397,3 +397,15 @@ def test_the_bumper_feels_the_chassis(exported, model, plugin):
     assert bumper.findtext("contact/topic") == (None if plugin else "/contacts")
     assert root.find(f".//collision[@name='{bumper.findtext('contact/collision')}']") is not None
     assert (bumper.find("plugin") is not None) is plugin
+
+
+def test_a_users_tree_is_exported_with_the_plugins_of_the_package():
+    follow = '<FollowPath path="{path}" controller_id="FollowPath" goal_checker_id="precise"/>'
+    main = '<Sequence><ComputePathToPose goal="{goal}" path="{path}"/><SubTree ID="Go" path="path"/></Sequence>'
+    trees = f'<BehaviorTree ID="Main">{main}</BehaviorTree><BehaviorTree ID="Go">{follow}</BehaviorTree>'
+    root = tree_of(tree={**TREE, "xml": f'<root main_tree_to_execute="Main">{trees}</root>'})
+    assert root.get("main_tree_to_execute") == "MapBench_dwb"
+    assert [tree.get("ID") for tree in root] == ["MapBench_dwb", "MapBench_dwb_Go"]
+    assert root.find(".//SubTree").get("ID") == "MapBench_dwb_Go"
+    assert root.find(".//ComputePathToPose").get("planner_id") == "GridBased"
+    assert root.find(".//FollowPath").get("controller_id") == "dwb"

@@ -1,0 +1,94 @@
+"""Behaviour trees that parameter files name."""
+
+from __future__ import annotations
+
+import pytest
+
+from controllers.nav2_params import NavigationParams, parse_nav2_params, robot_of
+from controllers.nav2_params.document import Document
+from gym_mapbench.errors import ConfigError
+from gym_mapbench.world.robot import make_robot
+from tests.controllers.trees import FOLLOW, PLAN, xml_of
+
+SIMPLE = "nav2_controller::SimpleGoalChecker"
+RPP = "nav2_regulated_pure_pursuit_controller::RegulatedPurePursuitController"
+OWN_TREE = "$(find-pkg-share my_robot)/behavior_trees/mine.xml"
+
+
+def node(**params):
+    return {"ros__parameters": params}
+
+
+def with_tree(folder, tree: str, place: str = "behavior_trees/mine.xml", named: str = OWN_TREE, **nodes):
+    """Read a parameter file in the package's folder ``config`` whose tree is in the package."""
+    for name, text in ((place, tree), ("config/nav2_params.yaml", "")):
+        (folder / name).parent.mkdir(exist_ok=True)
+        (folder / name).write_text(text)
+    document = {"bt_navigator": node(default_nav_to_pose_bt_xml=named), **nodes}
+    return parse_nav2_params(Document(document, folder=folder / "config"), release="humble")
+
+
+@pytest.mark.parametrize("place", ["behavior_trees/mine.xml", "config/mine.xml"])
+def test_the_tree_that_a_file_names_is_found_in_its_package(tmp_path, place):
+    tree = xml_of(f"<Sequence>{PLAN}{FOLLOW}</Sequence>")
+    read = with_tree(tmp_path, tree, place)
+    assert read.navigation.bt.xml == tree
+    assert read.named("left_out") == ()
+
+
+def test_an_absolute_path_of_a_tree_is_taken(tmp_path):
+    tree = xml_of(f"<Sequence>{PLAN}{FOLLOW}</Sequence>")
+    assert with_tree(tmp_path, tree, "far.xml", str(tmp_path / "far.xml")).navigation.bt.xml == tree
+
+
+@pytest.mark.parametrize(
+    ("place", "tree", "why"),
+    [
+        ("elsewhere.xml", "", "expected the file behavior_trees/mine.xml in the package or beside the parameter file"),
+        ("behavior_trees/mine.xml", "<root", "not an XML file"),
+        ("behavior_trees/mine.xml", xml_of(f"<Sequence>{PLAN}<SmoothPath/>{FOLLOW}</Sequence>"), "node 'SmoothPath'"),
+    ],
+)
+def test_a_tree_that_cannot_drive_here_is_left_out_with_the_reason(tmp_path, place, tree, why):
+    read = with_tree(tmp_path, tree, place)
+    (finding,) = (finding for finding in read.findings if finding.kind == "left_out")
+    assert read.navigation.bt.xml == ""
+    assert finding.name == "bt_navigator.default_nav_to_pose_bt_xml"
+    assert why in finding.why
+    assert finding.why.endswith("; Nav2's default tree drives here")
+
+
+def test_the_plugins_that_an_own_tree_names_count(tmp_path):
+    follow = FOLLOW.replace("/>", ' goal_checker_id="precise"/>').replace('"FollowPath"', '"Slow"')
+    tree = xml_of(f"<Sequence>{PLAN}{follow}<Wait/></Sequence>")
+    checkers = {name: {"plugin": SIMPLE, "xy_goal_tolerance": t} for name, t in (("loose", 0.4), ("precise", 0.1))}
+    controllers = {name: {"plugin": RPP} for name in ("Fast", "Slow")}
+    plugins = {"goal_checker_plugins": list(checkers), "controller_plugins": list(controllers)}
+    server = node(**plugins, **checkers, **controllers)
+    behaviors = node(behavior_plugins=["spin"])
+    read = with_tree(tmp_path, tree, controller_server=server, behavior_server=behaviors)
+    assert read.navigation.controller_server.goal_checker.xy_goal_tolerance == 0.1
+    assert read.asked_for == "Slow"
+    assert read.named("missing") == ("behavior_server.wait",)
+
+
+def test_numbers_of_the_default_tree_are_refused_beside_a_tree():
+    tree = xml_of(f"<Sequence>{PLAN}{FOLLOW}</Sequence>")
+    with pytest.raises(ConfigError, match=r"bt\.replanning_frequency: expected it in the XML of the tree"):
+        NavigationParams(bt={"xml": tree, "replanning_frequency": 2.0})
+    with pytest.raises(ConfigError, match=r"bt\.xml: unknown node 'SequenceStar'"):
+        NavigationParams(release="jazzy", bt={"xml": tree.replace("Sequence", "SequenceStar")})
+
+
+def test_layers_that_a_tree_clears_have_to_exist():
+    clear = '<ClearEntireCostmap service_name="local_costmap/clear_entirely_local_costmap" plugins="voxels"/>'
+    tree = xml_of(f"<Sequence>{PLAN}{FOLLOW}{clear}</Sequence>")
+    with pytest.raises(ConfigError, match=r"local_costmap of bt\.xml: expected .*, got 'voxels'"):
+        NavigationParams(release="lyrical", bt={"xml": tree})
+
+
+def test_the_robot_backs_up_as_fast_as_its_own_tree_says(tmp_path):
+    back = '<BackUp backup_dist="0.3" backup_speed="0.7"/>'
+    smoother = node(max_velocity=[0.5, 0.0, 1.0], min_velocity=[-0.1, 0.0, -1.0])
+    read = with_tree(tmp_path, xml_of(f"<Sequence>{PLAN}{FOLLOW}{back}</Sequence>"), velocity_smoother=smoother)
+    assert robot_of(read, make_robot("turtlebot3_waffle")).max_reverse_velocity == 0.7
