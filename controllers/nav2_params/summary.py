@@ -10,6 +10,7 @@ from controllers.collision_monitor import CollisionMonitor, MonitorPolygon
 from controllers.nav2_params.navigation import NavigationParams
 from controllers.nav2_params.parsing import Nav2Params
 from controllers.nav2_params.plugins import CONTROLLERS, PLANNERS
+from controllers.tree_xml import read_tree
 from gym_mapbench.costmap import KeepoutFilter, SpeedFilter
 from gym_mapbench.costmap.filter_mask import HIGHEST
 from gym_mapbench.ros_params import KINDS, Finding, Kind
@@ -40,6 +41,7 @@ def summarise(read: Nav2Params, robot: RobotSpec | None = None, verbose: bool = 
     lines = [_release(read), _drivers(read), *([] if robot is None else [f"robot: {describe_robot(robot)}"])]
     monitor = read.navigation.collision_monitor
     lines += [] if monitor is None else [f"collision monitor: {describe_monitor(monitor)}"]
+    lines += [f"behaviour tree: {line}" for line in describe_tree(read.navigation)]
     lines += [f"costmap filter: {line}" for line in describe_filters(read.navigation)]
     for kind, title in TOLD:
         lines += _told(read, kind, title, None if verbose else MOST)
@@ -88,6 +90,13 @@ def _act(polygon: MonitorPolygon) -> str:
     }[polygon.action_type]
     shape = f"circle of {polygon.radius:g} m" if polygon.type == "circle" else polygon.type.replace("_", " ")
     return f"{action} ({shape}, from {polygon.min_points} points on)"
+
+
+def describe_tree(navigation: NavigationParams) -> Iterator[str]:
+    """Describe a tree of the file's own in one line."""
+    if navigation.bt.xml:
+        count = len(list(read_tree(navigation.bt.xml, navigation.release).walk()))
+        yield f"the file's own, of {count} nodes"
 
 
 def describe_filters(navigation: NavigationParams) -> list[str]:

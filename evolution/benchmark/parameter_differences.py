@@ -2,17 +2,21 @@
 
 from __future__ import annotations
 
+import hashlib
 from collections.abc import Mapping, Sequence
 from typing import Any
 
+from controllers.behaviors import BehaviorTree
 from controllers.nav2_params import write_nav2_params
 from controllers.nav2_params.filters_writing import filter_values
+from controllers.nav2_params.tree_file import NAVIGATOR, TREE_FILE
 from evolution.benchmark.configurations import Configuration
 from evolution.driving import JobPlan
 from evolution.files import Row
 from gym_mapbench.ros_params import leaves
 
 SERVER = "controller_server."
+DEFAULT_TREE = "Nav2's default tree"
 
 
 def parameter_rows(configurations: Sequence[Configuration]) -> tuple[Row, ...]:
@@ -26,7 +30,8 @@ def parameter_rows(configurations: Sequence[Configuration]) -> tuple[Row, ...]:
     values = {one.label: _renamed(keys_of(one.plan), _new_names(one.plan, first)) for one in configurations}
     names = dict.fromkeys(name for found in values.values() for name in found)
     rows = [{"key": name, **{label: found.get(name, "") for label, found in values.items()}} for name in names]
-    return tuple(row for row in rows if len({row[one.label] for one in configurations}) > 1)
+    differ = (row for row in rows if len({row[one.label] for one in configurations}) > 1)
+    return tuple(row for row in differ if not _has_other_tree(row))
 
 
 def keys_of(plan: JobPlan) -> dict[str, str]:
@@ -39,12 +44,25 @@ def keys_of(plan: JobPlan) -> dict[str, str]:
     document = write_nav2_params(navigation.replace(**bare), use_sim_time=True)
     keys = {_short(name): value for name, value in leaves(document)}
     keys |= dict(leaves({name: filter_values(one) for name, one in navigation.costmaps.items()}))
+    keys |= {f"{NAVIGATOR}.{name}": value for name, value in _tree_values(navigation.bt).items()}
     others = tuple(f"{SERVER}{name}." for name in {*navigation.controllers} - {*_running(plan)})
     kept = {name: value for name, value in keys.items() if not name.startswith(others)}
     kept.pop(f"{SERVER}controller_plugins", None)
     kept |= {f"world.{name}": value for name, value in leaves(world)}
     kept |= {f"{spec.name}.{name}": value for spec in plan.controllers for name, value in leaves(spec.params)}
     return {name: _text(value) for name, value in kept.items()}
+
+
+def _tree_values(tree: BehaviorTree) -> dict[str, Any]:
+    """Return the numbers of Nav2's default tree, or what tells a user's tree from others."""
+    if not tree.xml:
+        return {TREE_FILE: DEFAULT_TREE, **tree.model_dump(mode="json")}
+    return {TREE_FILE: f"a tree of its own ({hashlib.blake2b(tree.xml.encode(), digest_size=4).hexdigest()})"}
+
+
+def _has_other_tree(row: Row) -> bool:
+    """Whether the row is about a number of the default tree, and some configuration has another tree."""
+    return str(row["key"]).partition(".")[2] in BehaviorTree.model_fields and "" in row.values()
 
 
 def _running(plan: JobPlan) -> dict[str, str]:

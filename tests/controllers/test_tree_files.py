@@ -2,10 +2,13 @@
 
 from __future__ import annotations
 
+from pathlib import Path
+
 import pytest
 
-from controllers.nav2_params import NavigationParams, parse_nav2_params, robot_of
+from controllers.nav2_params import NavigationParams, parse_nav2_params, read_nav2_params, robot_of, summarise
 from controllers.nav2_params.document import Document
+from controllers.tree_xml import NODES
 from gym_mapbench.errors import ConfigError
 from gym_mapbench.world.robot import make_robot
 from tests.controllers.trees import FOLLOW, PLAN, xml_of
@@ -13,6 +16,9 @@ from tests.controllers.trees import FOLLOW, PLAN, xml_of
 SIMPLE = "nav2_controller::SimpleGoalChecker"
 RPP = "nav2_regulated_pure_pursuit_controller::RegulatedPurePursuitController"
 OWN_TREE = "$(find-pkg-share my_robot)/behavior_trees/mine.xml"
+
+
+DOCUMENT = Path(__file__).resolve().parents[2] / "docs" / "howto" / "tree.md"
 
 
 def node(**params):
@@ -92,3 +98,14 @@ def test_the_robot_backs_up_as_fast_as_its_own_tree_says(tmp_path):
     smoother = node(max_velocity=[0.5, 0.0, 1.0], min_velocity=[-0.1, 0.0, -1.0])
     read = with_tree(tmp_path, xml_of(f"<Sequence>{PLAN}{FOLLOW}{back}</Sequence>"), velocity_smoother=smoother)
     assert robot_of(read, make_robot("turtlebot3_waffle")).max_reverse_velocity == 0.7
+
+
+def test_the_document_names_every_node():
+    table = DOCUMENT.read_text(encoding="utf-8").partition("## Nodes")[2]
+    assert {name for name in NODES if f"`{name}`" not in table} == set()
+
+
+def test_the_example_names_its_tree():
+    read = read_nav2_params(DOCUMENT.parents[2] / "examples" / "own_tree.yaml")
+    assert "IsPathValid" in read.navigation.bt.xml
+    assert any(line.startswith("behaviour tree: the file's own, of ") for line in summarise(read))

@@ -22,6 +22,7 @@ from evolution.benchmark import (
 from evolution.cli import main
 from gym_mapbench.costmap import FilterMask, KeepoutFilter, SpeedFilter
 from gym_mapbench.errors import ConfigError
+from tests.controllers.trees import default_xml
 from tests.evolution import fake_runs
 
 EXAMPLES = Path(__file__).resolve().parents[3] / "examples"
@@ -133,6 +134,22 @@ def test_values_are_written_as_in_a_parameter_file():
     values = {row["key"]: (row["own"], row["b"]) for row in rows}
     assert values["local_costmap.plugins"][1] == "[static_layer, voxel_layer]"
     assert values["local_costmap.inflation_layer.enabled"] == ("true", "")
+
+
+def with_tree(label, **tree):
+    made = configuration_of(label, "thesis", ["rpp"])
+    navigation = made.plan.settings.navigation
+    settings = made.plan.settings.replace(navigation=navigation.replace(bt=navigation.bt.replace(**tree)))
+    return replace(made, plan=replace(made.plan, settings=settings))
+
+
+def test_trees_and_their_numbers_are_among_the_keys_that_differ():
+    own, often = with_tree("own", xml=default_xml()), with_tree("often", replanning_frequency=2.0)
+    usual = configuration_of("usual", "thesis", ["rpp"])
+    assert parameter_rows([usual, often]) == ({"key": "bt_navigator.replanning_frequency", "usual": "1", "often": "2"},)
+    (row,) = parameter_rows([usual, own])
+    assert row["key"] == "bt_navigator.default_nav_to_pose_bt_xml"
+    assert (row["usual"], row["own"][:17]) == ("Nav2's default tree", "a tree of its own")
 
 
 def with_names(label, **names):
