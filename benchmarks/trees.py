@@ -1,0 +1,104 @@
+"""What the behaviour tree does to controllers: the same maps, noise and people with other rules of replanning.
+
+``python benchmarks/trees.py [--maps N] [--seeds R] [--people P ...] [--out FILE]`` samples maps of the families without
+a route, with and without people, and runs DWB, MPPI and RPP with Nav2's default tree (a plan each second), with a plan
+every five seconds, with one after each metre, and with one only where the path is no longer free. It prints shares with
+Wilson intervals, McNemar's exact test, paired ratios and means with bootstrap intervals, over maps. ``--out`` is
+continued.
+"""
+
+from __future__ import annotations
+
+import argparse
+from collections.abc import Sequence
+from pathlib import Path
+
+import numpy as np
+from people import among, sample
+from run_tables import is_goal, of, over_maps, read_runs, share, write_runs
+
+from controllers.behaviors import BehaviorTree
+from evolution import bench
+from evolution.benchmark.paired import Trial, compare_paired
+from evolution.driving import DriveSettings
+from evolution.files import Row
+from evolution.search import load_preset
+
+XML = Path(__file__).parents[1] / "examples" / "behavior_trees"
+DEFAULT = "each second (default)"
+TREES = {
+    DEFAULT: {},
+    "every 5 s": {"replanning_frequency": 0.2},
+    "after each metre": {"xml": (XML / "replan_by_distance.xml").read_text(encoding="utf-8")},
+    "if the path is not free": {"xml": (XML / "replan_if_invalid.xml").read_text(encoding="utf-8")},
+}
+CONTROLLERS = ("dwb", "mppi", "rpp")
+FIRST_SEED = 9000
+COLUMNS = ("people", "tree", "map", "controller", "repeat", "outcome", "time_s")
+MEASURES = ("n_replans", "n_recoveries", "min_clearance")
+HEADER = "people | controller | plans | goal, % | goal in one only | time ratio | plans a run | recoveries"
+
+
+def driven(args: argparse.Namespace) -> list[Row]:
+    """Run everything that the table of earlier runs lacks, and return all runs; they are written after each part."""
+    settings = DriveSettings.from_mapping(load_preset("people")["run"], "run")
+    scenarios = sample(args.maps, FIRST_SEED)
+    rows = read_runs(args.out) if args.out.exists() else []
+    done = {(int(row["people"]), row["tree"]) for row in rows}
+    for count in args.people:
+        for name, changes in TREES.items():
+            if (count, name) in done:
+                continue
+            tree = BehaviorTree(**changes)
+            own = settings.replace(navigation=settings.navigation.replace(bt=tree))
+            options = {"settings": own, "seed": 29, "repeats": args.seeds, "workers": args.workers}
+            found = bench(among(scenarios, count), CONTROLLERS, **options).rows
+            rows += [{**row, "people": count, "tree": name} for row in found]
+            write_runs(args.out, rows, (*COLUMNS, *MEASURES))
+    return [{**row, "people": int(row["people"])} for row in read_runs(args.out)]
+
+
+def trials(rows: Sequence[Row]) -> list[Trial]:
+    """Return runs in the order of maps and repeats, for a paired comparison."""
+    ordered = sorted(rows, key=lambda row: (str(row["map"]), int(row["repeat"])))
+    return [Trial(str(row["map"]), is_goal(row), float(row["time_s"])) for row in ordered]
+
+
+def cells(rows: Sequence[Row], before: Sequence[Row]) -> list[str]:
+    """Return the table cells of one controller with one tree.
+
+    Args:
+        rows: Its runs.
+        before: The same runs with the default tree.
+    """
+    paired = compare_paired(trials(before), trials(rows), np.random.default_rng(0))
+    ratio = f"{paired.time_ratio:.3f} ({paired.ratio_low:.3f} to {paired.ratio_high:.3f})"
+    means = [
+        over_maps([(str(row["map"]), float(row[measure] or 0)) for row in rows], np.mean, 1)
+        for measure in ("n_replans", "n_recoveries")
+    ]
+    return [share(rows), f"+{paired.wins} -{paired.losses} (p = {paired.p_success:.2g})", ratio, *means]
+
+
+def main() -> None:
+    """Run, and print the table."""
+    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser.add_argument("--maps", type=int, default=100, help="sampled maps (default 100)")
+    parser.add_argument("--seeds", type=int, default=1, help="runs of each controller on each map (default 1)")
+    parser.add_argument("--people", type=int, nargs="+", default=[0, 6], help="numbers of people (default 0 and 6)")
+    parser.add_argument("--workers", type=int, default=2, help="processes (default 2)")
+    parser.add_argument("--out", type=Path, default=Path("trees.csv"), help="table of runs (default trees.csv)")
+    args = parser.parse_args()
+    rows = driven(args)
+    print(f"| {HEADER} |")
+    print("|---" * len(HEADER.split(" | ")) + "|")
+    for count in args.people:
+        for controller in CONTROLLERS:
+            before = of(rows, people=count, controller=controller, tree=DEFAULT)
+            for tree in TREES:
+                found = cells(of(rows, people=count, controller=controller, tree=tree), before)
+                print(f"| {count} | {controller} | {tree} | {' | '.join(found)} |")
+
+
+if __name__ == "__main__":
+    main()
