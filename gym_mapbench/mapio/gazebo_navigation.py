@@ -108,7 +108,7 @@ class BundledNavigation:
     def _ids(self, controller: str) -> dict[str, str]:
         """Return, by port, the plugins that a user's tree has to name."""
         server = self.params["controller_server"]["ros__parameters"]
-        first = {f"{kind}_id": (server.get(f"{kind}_plugins") or [""])[0] for kind in PLUGINS_OF_PATHS}
+        first = {f"{kind}_id": names[0] for kind in PLUGINS_OF_PATHS if (names := server.get(f"{kind}_plugins"))}
         planner = _plugins(self.params, "planner_server", "planner_plugins")[0]
         return {**first, "controller_id": controller, "planner_id": planner}
 

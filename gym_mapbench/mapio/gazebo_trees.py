@@ -30,8 +30,8 @@ def tree_with_plugins(xml: str, tree_id: str, plugins: Mapping[str, str]) -> str
         for node in tree.iter():
             if node.tag.startswith("SubTree"):
                 node.set("ID", names[node.get("ID", "")])
-            for port, plugin in plugins.items():
-                if port in node.attrib or LEAVES.get(port) in (node.tag, node.get("ID")):
-                    node.set(port, plugin)
+            given = [port for port in plugins if port in node.attrib]
+            wanted = [port for port, leaf in LEAVES.items() if leaf in (node.tag, node.get("ID"))]
+            node.attrib |= {port: plugins[port] for port in (*given, *wanted)}
     indent(root)
     return tostring(root, encoding="unicode") + "\n"

@@ -403,9 +403,13 @@ def test_a_users_tree_is_exported_with_the_plugins_of_the_package():
     follow = '<FollowPath path="{path}" controller_id="FollowPath" goal_checker_id="precise"/>'
     main = '<Sequence><ComputePathToPose goal="{goal}" path="{path}"/><SubTree ID="Go" path="path"/></Sequence>'
     trees = f'<BehaviorTree ID="Main">{main}</BehaviorTree><BehaviorTree ID="Go">{follow}</BehaviorTree>'
-    root = tree_of(tree={**TREE, "xml": f'<root main_tree_to_execute="Main">{trees}</root>'})
+    server = {"controller_plugins": ["dwb", "mppi"], "goal_checker_plugins": ["goal_checker"]}
+    params = PARAMS | {"controller_server": {"ros__parameters": server}}
+    root = tree_of(params=params, tree={**TREE, "xml": f'<root main_tree_to_execute="Main">{trees}</root>'})
     assert root.get("main_tree_to_execute") == "MapBench_dwb"
     assert [tree.get("ID") for tree in root] == ["MapBench_dwb", "MapBench_dwb_Go"]
     assert root.find(".//SubTree").get("ID") == "MapBench_dwb_Go"
     assert root.find(".//ComputePathToPose").get("planner_id") == "GridBased"
-    assert root.find(".//FollowPath").get("controller_id") == "dwb"
+    ids = {"controller_id": "dwb", "goal_checker_id": "goal_checker"}
+    assert root.find(".//FollowPath").attrib == {"path": "{path}", **ids}
+    assert root.find(".//Sequence").attrib == {}
