@@ -92,7 +92,7 @@ def test_an_atlas_without_maps_says_who_failed():
         f"Maps without a cell because a controller failed: {maps} of {maps}. The first to fail: rpp on {maps}. "
         f"How: timeout on {maps}."
     ) in atlas.sentences()
-    too_few = "none: best set: expected at least 3 maps, got 0"
+    too_few = "none: best set: expected at least 2 maps, got 0"
     assert {row["maps"] for row in atlas.table("sets") if row["fitness"] != "roles"} == {too_few}
 
 
