@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import contextlib
 import copy
-import copy
 import math
 
 import pytest
