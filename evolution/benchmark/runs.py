@@ -95,6 +95,17 @@ class Benchmark(BenchResult):
                 found.setdefault((row["map"], row["controller"], row["outcome"]), row.get("reason", ""))
         return [f"{name}/{controller}: {reason or outcome}" for (name, controller, outcome), reason in found.items()]
 
+    @property
+    def repeated_maps(self) -> list[str]:
+        """A sentence for each map that equals an earlier one, start and goal included: its runs are no further runs."""
+        first: dict[str, str] = {}
+        earlier = {name: first.setdefault(digest, name) for name, digest in self.digests.items()}
+        return [
+            f"{name} is the same map and task as {other}, so its runs are copies; intervals and tests count both."
+            for name, other in earlier.items()
+            if name != other
+        ]
+
     def to_json(self) -> str:
         """Return one JSON object as text: ``maps``, ``runs``, and ``map_set`` if there is a re-evaluation."""
         document: Row = {"maps": dict(self.digests), "runs": list(self.rows)}
