@@ -53,8 +53,8 @@ class Verdict:
         """Return the verdict with the order and the median ratio of some trials, those of the original map.
 
         Raises:
-            ConfigError: If a run fails or takes no time, and the ratio is to be kept; if two controllers fail or take the
-                same time, and the order is.
+            ConfigError: If the ratio is to be kept and a run fails or takes no time, or the order is and two
+                controllers fail or take the same time.
         """
         ratio, order = median(ratio_of(trial) for trial in trials), order_of(trials[0])
         if self.text == "ratio" and not math.isfinite(ratio):
