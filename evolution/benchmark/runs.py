@@ -12,7 +12,7 @@ from pathlib import Path
 
 import numpy as np
 
-from evolution.benchmark.paired import WALLS
+from evolution.benchmark.paired import WALLS, repeated_in_words
 from evolution.benchmark.scores import pair_rows, score_rows, value_of
 from evolution.driving import Evaluator, Job, JobPlan, RunResult
 from evolution.files import Row, Table, Tabled, write_text
@@ -98,13 +98,7 @@ class Benchmark(BenchResult):
     @property
     def repeated_maps(self) -> list[str]:
         """A sentence for each map that equals an earlier one, start and goal included: its runs are no further runs."""
-        first: dict[str, str] = {}
-        earlier = {name: first.setdefault(digest, name) for name, digest in self.digests.items()}
-        return [
-            f"{name} is the same map and task as {other}, so its runs are copies; intervals and tests count both."
-            for name, other in earlier.items()
-            if name != other
-        ]
+        return repeated_in_words(self.digests)
 
     def to_json(self) -> str:
         """Return one JSON object as text: ``maps``, ``runs``, and ``map_set`` if there is a re-evaluation."""
