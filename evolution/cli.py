@@ -122,9 +122,6 @@ def start() -> int:
     try:
         with contextlib.suppress(OSError):  # :func:`main` imports the same, and says what is wrong
             _import(sys.argv[1:])
-    except KeyboardInterrupt:
-        print("mapbench: interrupted", file=sys.stderr)
-        return INTERRUPTED
     finally:
         gc.freeze()
         gc.enable()

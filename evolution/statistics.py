@@ -180,8 +180,8 @@ def share_difference_interval(
     """Interval of the second share minus the first, of paired trials that come in groups; (-1, 1) if there is no trial.
 
     It joins the intervals of both shares by the correlation of the groups (Newcombe 1998, "Improved confidence
-    intervals for the difference between binomial proportions based on paired data", method 8). Unlike a bootstrap
-    interval it has a width where no trial differs.
+    intervals for the difference between binomial proportions based on paired data", method 10). Unlike a bootstrap
+    interval it has a width where no trial differs, because a positive correlation is corrected for continuity.
 
     Args:
         first: Trials of each group, as for :func:`share_interval`.
@@ -194,6 +194,7 @@ def share_difference_interval(
     a, b = (float(np.average(side, weights=sizes)) for side in means)
     (a_low, a_high), (b_low, b_high) = share_interval(a, first), share_interval(b, second)
     (var_a, cov), (_, var_b) = np.cov(means, ddof=0, aweights=sizes)
+    cov = max(cov - 0.5 / len(first), min(cov, 0.0))
     correlation = cov / math.sqrt(var_a * var_b) if min(var_a, var_b) > 0 else 0.0
 
     def reach(of_a: float, of_b: float) -> float:

@@ -8,7 +8,7 @@ Source: Nav2's migration guides, and the tables of the controllers' own paramete
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from fnmatch import fnmatchcase
 from pathlib import Path
@@ -41,6 +41,7 @@ from controllers.nav2_params.older import OLD_BEHAVIORS, OLD_NODES, todays_names
 from controllers.nav2_params.plugins import COSTMAP_LAYERS
 from controllers.nav2_params.recognition import recognise
 from controllers.nav2_params.signs import kilted_key
+from controllers.nav2_params.tree_ids import NAVIGATOR, PROGRESS_CHECKER
 from controllers.nav2_params.yaml_edits import Edits, Entry, as_yaml, entries
 from controllers.releases import Release
 from gym_mapbench.errors import ConfigError
@@ -77,7 +78,8 @@ def migrate_file(path: str | Path, target: Release, source: Release | None = Non
             Jazzy's and has a key of Kilted's publishes TwistStamped by default.
 
     Raises:
-        ConfigError: If the file cannot be read, is not a parameter file, or mixes the distributions.
+        ConfigError: If the file cannot be read, is not a parameter file, mixes the distributions, or does not say which
+            of several progress checkers is the one for Humble.
     """
     text = read_document_text(path)
     values, root = parse_yaml(text, path)
@@ -87,13 +89,28 @@ def migrate_file(path: str | Path, target: Release, source: Release | None = Non
     except ConfigError as error:
         raise ConfigError(f"{path}: {error}") from None
     kilted = kilted_key(nodes) if source is None and known == "jazzy" else ""
-    work = Work(Edits(text), known, target, bool(kilted))
+    work = Work(Edits(text), known, target, bool(kilted), _named_by_trees(nodes))
     if kilted and target != "humble":
         work.tell(kilted, "a key of Kilted, which publishes TwistStamped by default")
-    if root is not None:
-        for full, key, group in parameter_groups(root, ""):
+    try:
+        for full, key, group in [] if root is None else parameter_groups(root, ""):
             _migrate_node(work, full, key, group, _inflation_layer(nodes))
+    except ConfigError as error:
+        raise ConfigError(f"{path}: {error}") from None
     return Migration(work.edits.apply(), known, target, tuple(work.done), tuple(work.lost))
+
+
+def _named_by_trees(nodes: list[Node]) -> dict[str, str]:
+    """Return the progress checker that each navigator says its tree names, by the namespace."""
+    return {
+        _namespace(node.full): str(node.group[PARAMETERS][PROGRESS_CHECKER])
+        for node in nodes
+        if node.section == NAVIGATOR and node.group is not None and PROGRESS_CHECKER in (node.group[PARAMETERS] or ())
+    }
+
+
+def _namespace(full: str) -> str:
+    return full[: max(full.rfind("."), full.rfind("/")) + 1]
 
 
 def parameter_groups(group: yaml.Node, prefix: str) -> Iterator[tuple[str, yaml.ScalarNode, yaml.MappingNode]]:
@@ -199,6 +216,10 @@ def _rename(work: Work, full: str, entry: Entry, rename: Rename) -> None:
     goes = OVERTAKEN.get(work.target, {}).get(rename.new) == entry.name
     if not goes and any(key.value == rename.new for key, _ in entry.group.value):
         return
+    if rename.listed is False and isinstance(entry.value, yaml.SequenceNode) and not entry.value.value:
+        target = work.target.capitalize()
+        work.take_out(full, entry, f"{target} always has one; without the key, it takes its default")
+        return
     head = entry.key.value.rpartition(".")[0]
     work.edits.rename(entry.key, f"{head}.{rename.new}" if head else rename.new)
     work.say(full + "." + entry.name, entry.line, f"renamed to {rename.new}")
@@ -210,13 +231,32 @@ def _reform(work: Work, full: str, entry: Entry, rename: Rename) -> None:
     before, after = rename.ending
     if rename.listed is True and isinstance(entry.value, yaml.ScalarNode):
         work.edits.replace(entry, f"[{as_yaml(entry.value.value)}]")
-    elif rename.listed is False and isinstance(entry.value, yaml.SequenceNode) and entry.value.value:
-        first, *others = listed(entry) or [""]
-        work.edits.replace(entry, as_yaml(first))
-        for other in others:
-            work.lose(full, entry, f"only the first counts in {work.target.capitalize()}, {other} does not")
+    elif rename.listed is False and isinstance(entry.value, yaml.SequenceNode):
+        names = listed(entry)
+        chosen = _chosen(work, f"{full}.{entry.name}", names)
+        work.edits.replace(entry, as_yaml(chosen))
+        for other in names:
+            if other != chosen:
+                work.lose(full, entry, f"{work.target.capitalize()} has one, {chosen}; {other} does not count")
     elif before != after and isinstance(entry.value, yaml.SequenceNode):
         work.edits.replace(entry, as_yaml([name.removesuffix(before) + after for name in listed(entry)]))
+
+
+def _chosen(work: Work, full: str, names: Sequence[str]) -> str:
+    """Return the plugin of a list that the tree names, or else the only one.
+
+    Raises:
+        ConfigError: If the tree names none of several, or one that the list does not have.
+    """
+    name = work.named_by_trees.get(_namespace(full.rpartition(".")[0]), "")
+    if name and name not in names:
+        raise ConfigError(f"{full}: expected {name!r} among them, as {NAVIGATOR}.{PROGRESS_CHECKER} says, got {names}")
+    if not name and len(names) > 1:
+        raise ConfigError(
+            f"{full}: {work.target.capitalize()} has one progress checker, got {', '.join(names)}; name the one of "
+            f"your tree with {NAVIGATOR}.{PROGRESS_CHECKER}"
+        )
+    return name or names[0]
 
 
 def _respell(work: Work, full: str, entry: Entry) -> None:

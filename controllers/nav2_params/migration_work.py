@@ -32,6 +32,7 @@ class Work:
         source: The distribution for which the file was written.
         target: The distribution to which it is migrated.
         kilted: Whether the file is Kilted's, which publishes TwistStamped by default, unlike Jazzy.
+        named_by_trees: The progress checker that the tree names, by the namespace of its navigator.
         done: The changes, one line each.
         lost: Keys without a counterpart, one line each.
     """
@@ -40,6 +41,7 @@ class Work:
     source: Release
     target: Release
     kilted: bool
+    named_by_trees: Mapping[str, str]
     done: list[str] = field(default_factory=list)
     lost: list[str] = field(default_factory=list)
 

@@ -11,7 +11,7 @@ reach the goal.
 from __future__ import annotations
 
 import math
-from collections.abc import Iterable, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from statistics import fmean
 from typing import Literal, NamedTuple
@@ -219,6 +219,21 @@ def copies_in_words(rows: Sequence[Row]) -> list[str]:
     """Return a sentence that says how many runs of a benchmark or comparison are copies; nothing if no run is."""
     copies = len(rows) - len({(row.get("configuration"), row["controller"], measures_of(row)) for row in rows})
     return [COPIES.format(copies, counted(len(rows), "run"))] if copies else []
+
+
+def repeated_in_words(digests: Mapping[str, str]) -> list[str]:
+    """Return a sentence for each map that equals an earlier one, with its task; nothing if none does.
+
+    Args:
+        digests: Digests of the maps with start and goal, by name.
+    """
+    first: dict[str, str] = {}
+    earlier = {name: first.setdefault(digest, name) for name, digest in digests.items()}
+    return [
+        f"{name} is the same map and task as {other}, so its runs are copies; intervals and tests count both."
+        for name, other in earlier.items()
+        if name != other
+    ]
 
 
 def measures_of(row: Row) -> frozenset[tuple[str, object]]:

@@ -94,7 +94,8 @@ def run(args: argparse.Namespace) -> int:
         console.print(line)
     driving_options.note_errors(args.out)
     page = Path(args.out) / REPORT
-    note("re-running the maps of the cells for the replays")
+    if result.elites:
+        note("re-running the maps of the cells for the replays")
     write_atlas_report(result, page, driving_options.repeatable(args.given))
     console.print(f"The maps are in {args.out}; look at {page}.")
     return 0

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import argparse
+import shlex
 from collections.abc import Mapping, Sequence
 from typing import Any
 
@@ -129,8 +130,9 @@ def run(args: argparse.Namespace) -> int:
     ):
         console.print(line)
     console.print(f"Pictures are in {found.path / 'figures'}; {found.path / 'README.txt'} explains the other files.")
-    console.print(f"A page with replays: mapbench report {found.path}")
-    console.print(f"The maps on other seeds: mapbench bench {found.path} --repeats 5")
+    run = shlex.quote(str(found.path))
+    console.print(f"A page with replays: mapbench report {run}")
+    console.print(f"The maps on other seeds: mapbench bench {run} --repeats 5")
     _print_early_end(found)
     reasons = [row["reason"] for row in runs if row["outcome"] == "error"]
     driving_options.note_reasons(reasons, len(runs), SELECTED_BY_ERRORS)

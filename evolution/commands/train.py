@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import argparse
+import shlex
 from typing import Any
 
 from evolution.api import train
@@ -78,7 +79,8 @@ def run(args: argparse.Namespace) -> int:
 
 def _report(training: Training) -> None:
     print_table(Table([_short(row) for row in training.curve], training.table().title))
-    console.print(f"Compare the best model: mapbench bench MAP --controllers mppi,learned={training.best}")
+    learned = shlex.quote(f"mppi,learned={training.best}")
+    console.print(f"Compare the best model: mapbench bench MAP --controllers {learned}")
 
 
 def _short(row: Row) -> Row:

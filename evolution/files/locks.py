@@ -6,13 +6,13 @@ Only Linux names the holder of a lock. A lock ends with its process, however the
 from __future__ import annotations
 
 import contextlib
-import importlib.util
 import os
 import time
 from collections.abc import Iterable, Iterator
 from pathlib import Path
 
 from gym_mapbench.errors import RunError
+from gym_mapbench.files.locks import lock
 
 LOCKS = Path("/proc/locks")
 COMMAND_LENGTH = 80
@@ -36,27 +36,11 @@ def locked(file: Path, wait_s: float) -> Iterator[None]:
         raise RunError(f"{file}: cannot be read ({error.strerror})") from None
     try:
         until = time.monotonic() + wait_s
-        while not _lock(opened):
+        while not lock(opened):
             if time.monotonic() >= until:
                 raise RunError(f"{file.parent}: is being filled by {locked_by([file], wait_s)}")
             time.sleep(PAUSE)
         yield
-    finally:
-        os.close(opened)
-
-
-def take(path: Path) -> bool:
-    """Hold a lock on a file or directory as long as this process lives; returns whether it was free."""
-    return _lock(os.open(path, os.O_RDONLY))
-
-
-def is_free(path: Path) -> bool:
-    """Whether no process holds a lock on a file or directory; False where there are no such locks."""
-    if importlib.util.find_spec("fcntl") is None:
-        return False
-    opened = os.open(path, os.O_RDONLY)
-    try:
-        return _lock(opened)
     finally:
         os.close(opened)
 
@@ -85,21 +69,6 @@ def holders_of(files: Iterable[Path]) -> list[str]:
     locks = [line.split() for line in lines]
     found = [one[4] for one in locks if len(one) > 5 and one[3] == "WRITE" and one[5].split(":")[-1] in wanted]
     return [_named(pid) for pid in dict.fromkeys(found)]
-
-
-def _lock(file: int) -> bool:
-    """Take the lock of an open file; returns whether it was free, which it always is where there are no such locks."""
-    try:
-        fcntl = importlib.import_module("fcntl")
-    except ModuleNotFoundError:
-        return True
-    try:
-        fcntl.flock(file, fcntl.LOCK_EX | fcntl.LOCK_NB)
-    except BlockingIOError:
-        return False
-    except OSError:  # a file system without locks
-        return True
-    return True
 
 
 def _named(pid: str) -> str:

@@ -16,7 +16,8 @@ Trial = Mapping[str, RunResult]
 
 TOLERANCE = 0.1
 """Default of the largest relative difference from a ratio."""
-CLAUSE = re.compile(r"(?P<name>\S+) (?P<what>fails|succeeds)")
+CLAUSE = re.compile(r"(?P<name>.+) (?P<what>fails|succeeds)")
+AND = re.compile(r"(?:(?<=fails)|(?<=succeeds)) and ")
 FORMS = "'CONTROLLER fails', 'CONTROLLER succeeds', several of these joined by 'and', 'order' or 'ratio'"
 
 
@@ -27,7 +28,7 @@ class Verdict:
     Args:
         text: As the user wrote it.
         outcomes: Whether each named controller must reach the goal; for ``order`` and ``ratio`` empty.
-        order: The controllers by time, those that fail last, in the order of their names.
+        order: The controllers by time, one that fails last.
         ratio: Time of the slowest over that of the fastest controller.
         tolerance: Largest relative difference from ``ratio``.
     """
@@ -52,13 +53,15 @@ class Verdict:
         """Return the verdict with the order and the median ratio of some trials, those of the original map.
 
         Raises:
-            ConfigError: If a run fails or takes no time, and the ratio is to be kept.
+            ConfigError: If the ratio is to be kept and a run fails or takes no time, or the order is and two
+                controllers fail or take the same time.
         """
-        ratio = median(ratio_of(trial) for trial in trials)
+        ratio, order = median(ratio_of(trial) for trial in trials), order_of(trials[0])
         if self.text == "ratio" and not math.isfinite(ratio):
-            expected = "a map on which all controllers reach the goal, none of them at once"
-            raise ConfigError(f"--keep ratio: expected {expected}")
-        return Verdict(self.text, self.outcomes, order_of(trials[0]), ratio, self.tolerance)
+            raise ConfigError("--keep ratio: expected a map on which all controllers reach the goal, none in 0 s")
+        if self.text == "order" and not order:
+            raise ConfigError("--keep order: expected a map on which all times differ and at most one controller fails")
+        return Verdict(self.text, self.outcomes, order, ratio, self.tolerance)
 
 
 def read_verdict(text: str, controllers: Sequence[str], tolerance: float = TOLERANCE) -> Verdict:
@@ -78,7 +81,7 @@ def read_verdict(text: str, controllers: Sequence[str], tolerance: float = TOLER
             raise ConfigError(f"--keep {words}: expected at least two controllers, got {', '.join(controllers)}")
         return Verdict(words, {}, tolerance=tolerance)
     outcomes: dict[str, bool] = {}
-    for clause in words.split(" and "):
+    for clause in AND.split(words):
         found = CLAUSE.fullmatch(clause)
         if found is None or outcomes.get(found["name"], found["what"] == "succeeds") != (found["what"] == "succeeds"):
             raise ConfigError(f"--keep: expected {FORMS}, got {text!r}")
@@ -89,8 +92,9 @@ def read_verdict(text: str, controllers: Sequence[str], tolerance: float = TOLER
 
 
 def order_of(trial: Trial) -> tuple[str, ...]:
-    """Return the controllers by time, those that fail last in the order of their names."""
-    return tuple(sorted(trial, key=lambda name: (_time(trial[name]), name)))
+    """Return the controllers by time, one that fails last; nothing if two fail or take the same time."""
+    times = {name: _time(result) for name, result in trial.items()}
+    return tuple(sorted(times, key=times.__getitem__)) if len(set(times.values())) == len(times) else ()
 
 
 def ratio_of(trial: Trial) -> float:

@@ -83,7 +83,7 @@ def why(driven: Driven, asked: AskWhy, track: Track, wanted: Callable[[], bool],
     """
     _check_size(driven.scenario)
     verdict = read_verdict(asked.verdict, _Plan(driven.variants).names)
-    plan = _Plan([one for one in driven.variants if not verdict.outcomes or _word(one) in verdict.outcomes])
+    plan = _Plan([one for one in driven.variants if not verdict.outcomes or one.variant.name in verdict.outcomes])
     runner = _Counted(track, wanted, asked.runs)
     smallest = driven.scenario
 
@@ -112,15 +112,10 @@ class _Plan:
 
     @property
     def names(self) -> tuple[str, ...]:
-        return tuple(map(_word, self.variants))
+        return tuple(one.variant.name for one in self.variants)
 
     def job(self, scenario: Scenario, number: int, repeat: int) -> Job:
         return self.variants[number].plan.job(scenario, 0, repeat)
-
-
-def _word(variant: PlannedVariant) -> str:
-    """Return the name of a variant as a verdict names it: one word."""
-    return variant.variant.name.replace(" ", "_")
 
 
 class _SpentError(Exception):

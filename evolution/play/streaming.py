@@ -1,7 +1,7 @@
 """Streaming: runs in worker processes that send their poses while they drive, and that end when they are not wanted.
 
-A worker connects to the server for each run. The server sends a message, or closes the connection, to end the run. No
-worker process is killed for that, so the next run begins at once.
+A worker connects to the server for each run, and begins once the server says so. The server sends a message, or closes
+the connection, to end the run. No worker process is killed for that, so the next run begins at once.
 """
 
 from __future__ import annotations
@@ -14,8 +14,8 @@ from typing import Any
 
 from evolution.driving import Job, RunResult, run_job
 
-END = "end"
-"""What the server sends to end a run; it sends nothing else."""
+BEGIN, END = "begin", "end"
+"""What the server sends to begin and to end a run; it sends nothing else."""
 BATCH_SECONDS = 0.02
 """Wall-clock time between two messages of a run."""
 Waypoint = tuple[float, float, float, float]
@@ -46,11 +46,12 @@ class Address:
         """Connect to the server for a run.
 
         Raises:
-            CancelledError: If the server does not listen any more.
+            CancelledError: If the server does not listen any more, or refuses the run.
         """
         try:
             channel = Client(self.place, authkey=self.key)
             channel.send((self.number, job.key))
+            channel.recv()
         except (OSError, EOFError):
             raise CancelledError from None
         return channel

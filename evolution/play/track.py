@@ -15,7 +15,7 @@ from multiprocessing.connection import Client, Connection, Listener
 from typing import Any
 
 from evolution.driving import Evaluator, Job, ResultStore, RunResult
-from evolution.play.streaming import END, Address, CancelledError
+from evolution.play.streaming import BEGIN, END, Address, CancelledError
 from gym_mapbench.errors import ConfigError
 
 OnMessage = Callable[[Job, Any], object]
@@ -23,13 +23,19 @@ OnResult = Callable[[Job, RunResult], object]
 RunStreamed = Callable[[Address, Job], RunResult]
 
 END_SECONDS = 1.0
-"""How long a cancelled batch may take to end by itself; its workers are killed then."""
+"""How long a batch may take to end once it is told to; its workers are killed then."""
 BACKLOG = 64
 ENDS = (OSError, EOFError, AuthenticationError)
 
 
 def ignore(_job: Job, _message: Any) -> None:
     """Do nothing with a message or a result."""
+
+
+def _set_event() -> threading.Event:
+    event = threading.Event()
+    event.set()
+    return event
 
 
 @dataclass
@@ -42,6 +48,7 @@ class _Batch:
         on_message: Takes what a run sends.
         ended: For each job, set once its connection has ended.
         channels: The open connections.
+        over: Set unless the batch is under way.
     """
 
     number: int
@@ -49,6 +56,7 @@ class _Batch:
     on_message: OnMessage
     ended: dict[str, threading.Event]
     channels: set[Connection] = field(default_factory=set)
+    over: threading.Event = field(default_factory=_set_event)
 
 
 def _listening(key: bytes) -> Listener:
@@ -111,16 +119,16 @@ class Track:
         batch = self._begin(jobs, on_message)
         if not wanted():
             raise CancelledError
-        if not self._busy.acquire(timeout=END_SECONDS):
-            self._evaluator.close()
-            self._busy.acquire()
-        try:
-            return self._run(batch, function, jobs, on_result)
-        finally:
-            self._busy.release()
+        with self._busy:
+            batch.over.clear()
+            try:
+                return self._run(batch, function, jobs, on_result)
+            finally:
+                with self._lock:
+                    batch.over.set()
 
     def cancel(self) -> None:
-        """End the batch under way."""
+        """End the batch under way, without waiting for its end."""
         self._begin((), ignore)
 
     def close(self) -> None:
@@ -132,7 +140,7 @@ class Track:
             Client(self._address, authkey=self._key).close()
 
     def _begin(self, jobs: Sequence[Job], on_message: OnMessage) -> _Batch:
-        """Make a batch the present one, and ask the runs of the former one to end."""
+        """Make a batch the present one, and tell the runs of the former one to end."""
         by_key = {job.key: job for job in jobs}
         with self._lock:
             former = self._batch
@@ -144,7 +152,16 @@ class Track:
                 channel.send(END)
         for event in former.ended.values():
             event.set()
+        if not former.over.is_set():
+            threading.Thread(target=self._kill_if_slow, args=(former,), daemon=True).start()
         return self._batch
+
+    def _kill_if_slow(self, batch: _Batch) -> None:
+        """Kill the workers of a batch that does not end by itself."""
+        if not batch.over.wait(END_SECONDS):
+            with self._lock:
+                if not batch.over.is_set():
+                    self._evaluator.close()
 
     def _run(self, batch: _Batch, function: RunStreamed, jobs: Sequence[Job], on_result: OnResult) -> list[RunResult]:
         def pass_on(job: Job, result: RunResult, _left: int) -> None:
@@ -182,6 +199,7 @@ class Track:
                 batch = self._batch
                 if batch.number != number:
                     return
+                channel.send(BEGIN)
                 batch.channels.add(channel)
             try:
                 while True:

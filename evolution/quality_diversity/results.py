@@ -49,6 +49,8 @@ ATLAS = DirectoryKind("map-atlas", "atlas.json", format_version=1)
 MAPS, SUMMARY, REPORT, ELITES, HISTORY = "maps.json", "summary.json", "report.html", "elites.csv", "history.csv"
 COUNTS = ("dropped", "displaced", "runs", "held_out_runs")
 """Numbers of ``summary.json``, which has those of :class:`AtlasSearch`."""
+FAILURES = ("unsolved", "failures")
+"""Counts by name in ``summary.json``, which has those of :class:`AtlasSearch`."""
 
 
 class EliteSummary(Document):
@@ -73,6 +75,7 @@ class AtlasSummary(Document):
     elites: list[EliteSummary]
     history: list[Row]
     unsolved: dict[str, int] = Field(default_factory=dict)
+    failures: dict[str, int] = Field(default_factory=dict)
 
 
 @dataclass(frozen=True)
@@ -148,15 +151,16 @@ class Atlas(Tabled):
         return [f"Another map may need {most}, so it was not begun."] if left else []
 
     def _unsolved(self) -> list[str]:
-        """Say on how many maps a controller failed, and which; nothing if none did."""
-        failed = self.found.unsolved
+        """Say on how many maps a controller failed, which, and how; nothing if none did."""
+        failed, failures = self.found.unsolved, self.found.failures
         if not failed:
             return []
         named = ", ".join(f"{name} on {count}" for name, count in failed.items())
+        ends = ", ".join(f"{outcome.replace('_', ' ')} on {count}" for outcome, count in failures.items())
         maps = self.found.history[-1]["maps"]
         return [
             f"Maps without a cell because a controller failed: {sum(failed.values())} of {maps}. The first to fail: "
-            f"{named}."
+            f"{named}.{f' How: {ends}.' if ends else ''}"
         ]
 
     def write(self, path: Path) -> None:
@@ -178,7 +182,7 @@ class Atlas(Tabled):
         return {
             **counts,
             **figures,
-            "unsolved": dict(found.unsolved),
+            **{name: dict(getattr(found, name)) for name in FAILURES},
             "sets": list(self.table("sets")),
             "elites": elites,
             "history": list(found.history),
@@ -233,7 +237,7 @@ def _found(path: Path) -> AtlasSearch:
             history=tuple(summary["history"]),
             searched=GridFigures(**summary["searched"]),
             held_out=GridFigures(**summary["held_out"]),
-            unsolved=summary.get("unsolved", {}),
+            **{name: summary.get(name, {}) for name in FAILURES},
             **{name: summary[name] for name in COUNTS},
         )
     except (TypeError, ValueError):  # a result with another key, or more or fewer elites than maps

@@ -7,7 +7,7 @@ elite of a random cell. It runs on one seed; if it would enter a cell, it runs o
 from __future__ import annotations
 
 from collections import Counter
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from typing import NamedTuple
 
@@ -60,6 +60,7 @@ class AtlasSearch:
         held_out_runs: Runs of the re-evaluation.
         history: One row per batch.
         unsolved: By controller, the number of maps that have no cell because it was the first to fail on them.
+        failures: By outcome, the number of these maps.
     """
 
     elites: tuple[Elite, ...]
@@ -71,6 +72,7 @@ class AtlasSearch:
     held_out_runs: int
     history: tuple[Row, ...]
     unsolved: Mapping[str, int] = field(default_factory=dict)
+    failures: Mapping[str, int] = field(default_factory=dict)
 
 
 def search_atlas(
@@ -138,7 +140,7 @@ class _Search:
     def result(self) -> AtlasSearch:
         """Re-evaluate the elites on held-out seeds, and fill a new grid with those that are still solved."""
         found, searched, runs = self.grid.elites, GridFigures.of(self.grid), self.archive.count
-        unsolved = self._unsolved()
+        failed = self._failed()
         held_out = self._held_out({self.digests[number]: cell for cell, number in found.items()})
         grid = MapGrid(self.axes)
         numbers = [number for number in found.values() if self.digests[number] in held_out]
@@ -155,18 +157,18 @@ class _Search:
             runs=runs,
             held_out_runs=self.archive.count - runs,
             history=tuple(self.history),
-            unsolved=unsolved,
+            unsolved=_counts(name for name, _ in failed),
+            failures=_counts(outcome for _, outcome in failed),
         )
 
-    def _unsolved(self) -> dict[str, int]:
-        """Return the number of maps on which each controller was the first to fail; those who never were left out."""
-        failed = Counter(
-            name
+    def _failed(self) -> list[tuple[str, str]]:
+        """Return, for each map that is not solved, the controller that failed first and the outcome of its run."""
+        return [
+            (name, next(run.outcome for run in runs if not run.success))
             for digest in self.digests
             for name, runs in zip(self.archive.plan.names, self.archive.results(digest), strict=True)
             if not all(run.success for run in runs)
-        )
-        return dict(failed.most_common())
+        ]
 
     def _new_maps(self, count: int) -> dict[str, Scenario]:
         """Return up to ``count`` maps that were not evaluated before, by digest."""
@@ -232,6 +234,11 @@ class _Search:
         scenario = replace(self.archive.scenarios[digest], name=name)
         means = tuple(float(ratio) for ratio in ratios)
         return Elite(scenario, cell, from_cell[number], means, self._quality(digest, held_out), held_out[digest])
+
+
+def _counts(names: Iterable[str]) -> dict[str, int]:
+    """Return how often each name occurs, the most frequent first."""
+    return dict(Counter(names).most_common())
 
 
 def _held_out_of(of_map: MapResults, first: int) -> MapResults:

@@ -6,7 +6,7 @@ from collections.abc import Mapping, Sequence
 
 from evolution.files import Row
 from evolution.quality_diversity.elites import Elite
-from evolution.search import FITNESSES, Experiment, Fitness, best_set
+from evolution.search import FITNESSES, Experiment, Fitness, best_set, check_sizes
 from gym_mapbench.errors import ConfigError, RunError
 from gym_mapbench.world.scenario import MapSet
 
@@ -29,6 +29,7 @@ def best_set_of(elites: Sequence[Elite], experiment: Experiment, name: str) -> t
     size, controllers = experiment.search.maps_per_set, len(experiment.controllers)
     with FITNESSES.blamed(name):
         FITNESSES.get(name).check(size, controllers)
+    check_sizes(len(elites), size)
     judging = experiment.search.judging.replace(fitness=name, objectives=())
     maps = {one.scenario.name: one for one in elites}
     fitness = Fitness.of(judging, experiment.run.time_limit).calibrated([(one.results,) for one in elites])

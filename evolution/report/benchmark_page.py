@@ -71,7 +71,7 @@ def report_of_benchmark(result: Benchmark, plan: JobPlan, arguments: Sequence[st
     return Report(
         title="Benchmark",
         subtitle=f"{count}: {', '.join(plan.names)}; seed {plan.root_seed}",
-        verdict=[*verdict_of_benchmark(result.rows, plan.names), *notes],
+        verdict=[*verdict_of_benchmark(result.rows, plan.names), *result.repeated_maps, *notes],
         command=command_of(arguments, "bench"),
         configuration=yaml.safe_dump(benchmark_document(result.scenarios, plan), sort_keys=False),
         maps=[_replayed_map(result, plan.names, episodes) for episodes in driven if episodes],

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import shlex
 from collections.abc import Iterable, Mapping, Sequence
 from typing import Any
 
@@ -46,7 +47,8 @@ def report_of_run(
             f"controllers {', '.join(run.controllers)}"
         ),
         verdict=_verdict(run),
-        command=f"mapbench evolve --config config.yaml --out {run.path.name}  # config.yaml is among the downloads",
+        command=f"mapbench evolve --config config.yaml --out {shlex.quote(run.path.name)}"
+        "  # config.yaml is among the downloads",
         configuration=_configuration(run),
         maps=replayed_maps(run, driven),
         sections=made,
@@ -154,7 +156,7 @@ def _unfinished(run: LoadedRun) -> list[str]:
     )
     if search.get("runs"):
         done = f"{len(run.runs)} of {counted(search['runs'], 'run')}"
-    return [f"The search has come to {done}; mapbench evolve --resume {run.path} finishes it."]
+    return [f"The search has come to {done}; mapbench evolve --resume {shlex.quote(str(run.path))} finishes it."]
 
 
 def _errors(run: LoadedRun) -> list[str]:

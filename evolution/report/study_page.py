@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import shlex
 from collections.abc import Mapping, Sequence
 
 import yaml
@@ -290,10 +291,10 @@ def _changed(best: BestSet) -> list[str]:
 
 
 def _command(results: StudyResults) -> str:
-    name = results.settings.name
+    name, out = results.settings.name, shlex.quote(results.path.name)
     if name in study_names() and load_study(name) == results.settings:
-        return f"mapbench study {name} --out {results.path.name}"
-    return f"mapbench study study.yaml --out {results.path.name}  # study.yaml is among the downloads"
+        return f"mapbench study {name} --out {out}"
+    return f"mapbench study study.yaml --out {out}  # study.yaml is among the downloads"
 
 
 def _configuration(results: StudyResults) -> str:

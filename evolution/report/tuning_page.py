@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import shlex
 from collections.abc import Mapping, Sequence
 from typing import Any
 
@@ -70,14 +71,13 @@ def _command(controller: str, settings: Mapping[str, Any], time_limit: float) ->
     given = {name: settings[name] for name in ("trials", "runs", "seed", "sampler", "finalists", "test_repeats")}
     words = [f"--{name.replace('_', '-')} {value}" for name, value in given.items() if value is not None]
     words += [f"--objective {name}" for name in settings["objectives"]]
-    words += [f"--require '{text}'" for text in settings["requirements"]]
+    words += [f"--require {shlex.quote(text)}" for text in settings["requirements"]]
     if against := settings.get("against"):
         words.append(f"--against evolve --rounds {against['rounds']}")
     words.append(f"--time-limit {time_limit:g}")
     maps = "--train MAPS --test MAPS --params FILE --out DIR"
-    return (
-        f"mapbench tune {controller} {maps} {' '.join(words)}  # the configuration names all maps, values and options"
-    )
+    command = " ".join(["mapbench tune", shlex.quote(controller), maps, *words])
+    return f"{command}  # the configuration names all maps, values and options"
 
 
 def _searched(objectives: Sequence[str]) -> str:

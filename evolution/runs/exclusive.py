@@ -12,11 +12,14 @@ from evolution.driving import WAIT_SECONDS, Evaluator, JobPlan, OnRun, Resources
 from evolution.files import DirectoryKind, locked, make_directory, write_bytes
 from evolution.runs.directory import STORE
 from gym_mapbench.errors import MapBenchError, RunError
+from gym_mapbench.files.replacing import remove_abandoned
 
 
 @contextmanager
 def exclusive_store(kind: DirectoryKind, path: Path, wait_s: float = WAIT_SECONDS) -> Iterator[ResultStore]:
     """Open the store of a directory for this process alone, inside the ``with`` block.
+
+    What killed processes have left of files that they were writing there is removed.
 
     If the directory is deleted or moved meanwhile, its options and all results are written to a new directory, which
     ``--resume`` continues: everything else follows from them.
@@ -35,6 +38,7 @@ def exclusive_store(kind: DirectoryKind, path: Path, wait_s: float = WAIT_SECOND
         ResultStore(path / STORE, wait_s=wait_s) as store,
         _rescued(kind, path, store),
     ):
+        remove_abandoned(path)
         yield store
         kind.check_there(path)
 

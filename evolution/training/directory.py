@@ -27,7 +27,7 @@ from evolution.files import (
 from evolution.training.levels import EVERY_FIFTH, is_split
 from evolution.training.settings import TrainSettings
 from gym_mapbench.errors import RunError, refuse_unknown
-from gym_mapbench.files.replacing import remove_partial
+from gym_mapbench.files.replacing import remove_abandoned
 from gym_mapbench.mapio.map_set_file import map_set_document, parse_map_set
 from gym_mapbench.mapio.tasked_map import group_scenarios
 from gym_mapbench.world.scenario import Scenario
@@ -166,8 +166,7 @@ class TrainingDir:
         """Make what a killed training may lack, the folders and the README, and remove what it left half-written."""
         for name in (CHECKPOINTS, FIGURES):
             make_directory(self.path / name)
-        for folder in (self.path, self.path / CHECKPOINTS, self.path / FIGURES):
-            remove_partial(folder)
+        remove_abandoned(self.path)
         write_text(self.path / README, README_TEXT)
 
     @classmethod

@@ -15,24 +15,26 @@ from contextlib import contextmanager, suppress
 from pathlib import Path
 from typing import BinaryIO
 
+from gym_mapbench.files.locks import is_abandoned, lock
+
 WITHOUT_LINKS = (errno.EPERM, errno.ENOTSUP, errno.EOPNOTSUPP)
 """Errors of file systems that have no hard links."""
 
 
-PARTIAL = re.compile(r"\..+\.[0-9a-f]{8}")
-"""Names of files that are being written."""
+PARTIAL = re.compile(r"\..+\.[0-9a-f]{8}\.part")
+"""Names of files that are being written; their writers keep them locked."""
 
 
 def _partial(path: Path) -> Path:
     """Return another name beside a file, which no other writer has."""
-    return path.with_name(f".{path.name}.{secrets.token_hex(4)}")
+    return path.with_name(f".{path.name}.{secrets.token_hex(4)}.part")
 
 
-def remove_partial(folder: Path) -> None:
-    """Remove what killed processes have left of files that they were writing in a folder; no other may write there."""
-    for entry in folder.iterdir():
-        if PARTIAL.fullmatch(entry.name):
-            with suppress(OSError):
+def remove_abandoned(folder: Path) -> None:
+    """Remove what killed processes have left of files that they were writing in a folder and in those below."""
+    for entry in folder.rglob(".*.part"):
+        with suppress(OSError):
+            if PARTIAL.fullmatch(entry.name) and is_abandoned(entry):
                 entry.unlink()
 
 
@@ -48,6 +50,7 @@ def replaced_at_once(path: Path) -> Iterator[BinaryIO]:
     partial = _partial(path)
     try:
         with open(partial, "xb") as file:
+            lock(file.fileno())
             yield file
             _store(file)
         os.replace(partial, path)
@@ -79,6 +82,7 @@ def create_at_once(path: Path, content: bytes) -> None:
 def _write_new(path: Path, content: bytes) -> None:
     """Write a new file to the disk."""
     with open(path, "xb") as file:
+        lock(file.fileno())
         file.write(content)
         _store(file)
 

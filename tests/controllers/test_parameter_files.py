@@ -1030,6 +1030,46 @@ def test_a_spoilt_file_is_migrated_to_a_yaml_file_or_refused(data, target, sourc
         assert isinstance(yaml.safe_load(migration.text), dict)
 
 
+TWO_CHECKERS = with_controller(DWB, progress_checker_plugins=["quick", "turning"])
+
+
+@pytest.mark.parametrize(("named", "other"), [("quick", "turning"), ("turning", "quick")])
+def test_humble_gets_the_progress_checker_that_the_tree_names(named, other, write):
+    file = write({**TWO_CHECKERS, "bt_navigator": node(progress_checker_id=named)})
+    migration = migrate_file(file, "humble", "jazzy")
+    server = yaml.safe_load(migration.text)["controller_server"]["ros__parameters"]
+    assert server["progress_checker_plugin"] == named
+    assert any(f"Humble has one, {named}; {other} does not count" in line for line in migration.lost)
+
+
+def test_each_namespace_has_the_progress_checker_of_its_own_tree(write):
+    robots = {
+        name: {**copy.deepcopy(TWO_CHECKERS), "bt_navigator": node(progress_checker_id=named)}
+        for name, named in (("one", "turning"), ("two", "quick"))
+    }
+    read = yaml.safe_load(migrate_file(write(robots), "humble", "jazzy").text)
+    servers = [read[name]["controller_server"]["ros__parameters"] for name in robots]
+    assert [server["progress_checker_plugin"] for server in servers] == ["turning", "quick"]
+
+
+@pytest.mark.parametrize(
+    ("navigator", "said"),
+    [
+        ({}, r"got quick, turning; name the one of your tree with bt_navigator\.progress_checker_id"),
+        ({"progress_checker_id": "mine"}, "expected 'mine' among them"),
+    ],
+)
+def test_several_progress_checkers_without_a_name_are_refused_for_humble(navigator, said, write):
+    with pytest.raises(ConfigError, match=rf"params\.yaml: controller_server\.progress_checker_plugins: .*{said}"):
+        migrate_file(write({**TWO_CHECKERS, "bt_navigator": node(**navigator)}), "humble", "jazzy")
+
+
+def test_no_progress_checker_is_lost_on_the_way_to_humble(write):
+    migration = migrate_file(write(with_controller(DWB, progress_checker_plugins=[])), "humble", "lyrical")
+    assert "progress_checker_plugin" not in migration.text
+    assert any("Humble always has one; without the key, it takes its default" in line for line in migration.lost)
+
+
 @pytest.mark.parametrize("name", PRESETS)
 def test_presets_hold_nothing_that_is_not_read(name):
     document = read_preset(name)

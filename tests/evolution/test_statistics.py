@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import itertools
+import math
 
 import numpy as np
 import pytest
@@ -141,6 +142,17 @@ def test_the_interval_of_a_paired_difference_is_newcombes():
     first = [[1.0]] * 36 + [[0.0]] * 12 + [[1.0]] * 2
     second = [[1.0]] * 48 + [[0.0]] * 2
     assert share_difference_interval(first, second) == pytest.approx((0.0569, 0.3404), abs=1e-4)
+
+
+@pytest.mark.parametrize("goals", range(11))
+def test_the_interval_of_a_difference_has_a_width_where_no_pair_differs(goals):
+    """With half of the pairs at the goal, a correlation of 1 gives [0, 0], as if no further pair could differ."""
+    both = [[1.0]] * goals + [[0.0]] * (10 - goals)
+    low, high = share_difference_interval(both, both)
+    assert low == pytest.approx(-high)
+    assert high > 0.15
+    if goals == 5:  # Wilson's ends are 0.2634 away, and the corrected correlation is (25 - 5) / 25
+        assert high == pytest.approx(0.2634 * math.sqrt(2 * (1 - 0.8)), abs=1e-4)
 
 
 def test_the_interval_of_a_difference_holds_it_on_few_maps():

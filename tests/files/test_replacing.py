@@ -4,12 +4,25 @@ from __future__ import annotations
 
 import errno
 import os
+import subprocess
+import sys
 import threading
+import time
+from contextlib import contextmanager
 from functools import partial
 
 import pytest
 
-from gym_mapbench.files.replacing import create_at_once, remove_partial, replaced_at_once
+from gym_mapbench.files.replacing import create_at_once, remove_abandoned, replaced_at_once
+
+WRITE_FOR_EVER = """
+import sys
+from pathlib import Path
+from gym_mapbench.files.replacing import replaced_at_once
+with replaced_at_once(Path(sys.argv[1])) as file:
+    print("half", flush=True)
+    sys.stdin.read()
+"""
 
 
 def test_a_file_is_replaced_in_one_step(tmp_path):
@@ -32,16 +45,37 @@ def test_an_error_leaves_it_as_it_was_and_nothing_beside_it(tmp_path):
     assert list(tmp_path.iterdir()) == [file]
 
 
+@contextmanager
+def writing(file):
+    """Another process that writes a file and does not come to the end; at the end of the block it is killed."""
+    command = [sys.executable, "-c", WRITE_FOR_EVER, file]
+    with subprocess.Popen(command, stdin=subprocess.PIPE, stdout=subprocess.PIPE) as process:
+        assert process.stdout.readline() == b"half\n"
+        yield
+        process.kill()
+
+
+def remove_later(folder):
+    """Do what a process that continues the folder an hour later does."""
+    for file in folder.rglob(".*"):
+        os.utime(file, (0, time.time() - 3600))
+    remove_abandoned(folder)
+
+
+@pytest.mark.skipif(os.name != "posix", reason="locks of POSIX")
 def test_what_a_killed_process_left_is_removed_and_nothing_else(tmp_path):
-    others = {tmp_path / name for name in (".gitignore", ".a.csv.swp", "a.0123abcd", ".config.settings")}
+    names = (".gitignore", ".a.csv.swp", "a.0123abcd.part", ".backup.20261128", ".config.settings.part")
+    others = {tmp_path / name for name in names}
     for file in others:
         file.touch()
-    with replaced_at_once(tmp_path / "a.zip") as file:
-        (left,) = set(tmp_path.iterdir()) - others
-        remove_partial(tmp_path)
-        assert not left.exists()
-        left.touch()
-    assert {*tmp_path.iterdir()} == {*others, tmp_path / "a.zip"}
+    figures = tmp_path / "figures"
+    figures.mkdir()
+    with writing(figures / "a.png"):
+        remove_later(tmp_path)
+        assert len([*figures.iterdir()]) == 1
+    remove_abandoned(tmp_path)
+    assert {*tmp_path.iterdir()} == {*others, figures}
+    assert not [*figures.iterdir()]
 
 
 def test_a_link_is_replaced_and_its_target_stays(tmp_path):

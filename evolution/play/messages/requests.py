@@ -152,8 +152,7 @@ class AskWhy(Settings):
 
     Args:
         id: The ``drive``.
-        verdict: As for ``mapbench minimize --keep``, e.g. ``dwb fails``; the names are those of the variants, with
-            underscores for spaces.
+        verdict: As for ``mapbench minimize --keep``, e.g. ``dwb fails``; the names are those of the variants.
         runs: Most runs.
     """
 

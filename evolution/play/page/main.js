@@ -16,6 +16,7 @@ import { Ways } from "./ways.js";
 import { VariantList, WorldBox } from "./world.js";
 
 const byId = (id) => document.getElementById(id);
+const PROGRESS_MS = 3000;
 
 class Playground {
   constructor(state, server) {
@@ -64,17 +65,30 @@ class Playground {
     this.search.reset();
     this.answer.begin();
     this.hover();
+    clearInterval(this.clock);
     if (!this.server.isOpen) return;
     say("Driving…");
     this.began = performance.now();
+    this.clock = setInterval(() => say(this.progress()), PROGRESS_MS);
     this.server.send({ type: "drive", id: this.ways.id, ...this.store.session() });
     this.view.paint();
+  }
+
+  /* What the page waits for, where it waits for long. */
+  progress() {
+    const { variants, settings } = this.store.session();
+    const left = variants.map(({ name }) => name).filter((name) => this.ways.finished(name) < settings.repeats);
+    const seconds = Math.round((performance.now() - this.began) / 1000);
+    return `Driving for ${seconds} s, waiting for ${left.join(", ")}. Any change ends these runs.`;
   }
 
   replies() {
     const { server, ways } = this;
     server.addEventListener("open", () => this.drive());
-    server.on("lost", (reason) => say(`The server does not answer${reason ? ` (${reason})` : ""}; trying again.`, true));
+    server.on("lost", (reason) => {
+      clearInterval(this.clock);
+      say(`The server does not answer${reason ? ` (${reason})` : ""}; trying again.`, true);
+    });
     server.on("way", (reply) => {
       ways.grow(reply);
       if (!this.timeline.playing) this.timeline.show(ways.end);
@@ -85,12 +99,15 @@ class Playground {
     server.on("error", (reply) => {
       say(reply.message, true);
       this.search.end("");
-      if (reply.id === null || reply.id === ways.id) this.answer.fail();
+      if (reply.id !== null && reply.id !== ways.id) return;
+      clearInterval(this.clock);
+      this.answer.fail();
     });
   }
 
   answered(reply) {
     if (reply.id !== this.ways.id) return;
+    clearInterval(this.clock);
     this.answer.show(reply, this.ways.failures());
     this.timeline.refresh();
     this.overlays.ask();

@@ -36,6 +36,8 @@ export class Ways {
     this.view.paint();
   }
 
+  finished(variant) { return [...this.runs.values()].filter((run) => run.variant === variant && run.result).length; }
+
   failures() { return [...this.runs.values()].map((run) => run.result).filter((one) => one && one.outcome !== "goal"); }
 
   poseAt(run, time) {

@@ -14,7 +14,7 @@
 
 from __future__ import annotations
 
-from evolution.search.judging.exact import MAX_MAPS, Names, best_of_judged, best_set
+from evolution.search.judging.exact import MAX_MAPS, Names, best_of_judged, best_set, check_sizes
 from evolution.search.judging.failures import FAILURES, FailurePolicy
 from evolution.search.judging.fitness import Fitness, calibrate_scale, scores_of
 from evolution.search.judging.judgement import JudgedMap, Judgement, best_of, order_kept, order_of, values_in_order
@@ -51,6 +51,7 @@ __all__ = [
     "best_of_judged",
     "best_set",
     "calibrate_scale",
+    "check_sizes",
     "gini",
     "is_solved",
     "is_untouched",

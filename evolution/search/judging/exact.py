@@ -40,6 +40,14 @@ def best_set(maps: Mapping[str, MapResults], fitness: Fitness, size: int) -> Nam
     return best_of_judged({name: fitness.judge_map(results) for name, results in maps.items()}, fitness, size)
 
 
+def check_sizes(count: int, size: int) -> None:
+    """Raise ``ConfigError`` if there is no exact best set of ``size`` among ``count`` maps."""
+    if not 1 <= size <= MAX_MAPS:
+        raise ConfigError(f"best set: expected 1 to {MAX_MAPS} maps per set, got {size}")
+    if count < size:
+        raise ConfigError(f"best set: expected at least {counted(size, 'map')}, got {count}")
+
+
 def best_of_judged(maps: Mapping[str, JudgedMap], fitness: Fitness, size: int) -> Names:
     """Do the same as :func:`best_set` with maps that this fitness has judged.
 
@@ -51,10 +59,7 @@ def best_of_judged(maps: Mapping[str, JudgedMap], fitness: Fitness, size: int) -
     Raises:
         ConfigError: If ``size`` is not 1 to 3, there are fewer maps, or the fitness cannot find its exact best set.
     """
-    if not 1 <= size <= MAX_MAPS:
-        raise ConfigError(f"best set: expected 1 to {MAX_MAPS} maps per set, got {size}")
-    if len(maps) < size:
-        raise ConfigError(f"best set: expected at least {counted(size, 'map')}, got {len(maps)}")
+    check_sizes(len(maps), size)
     if not fitness.exact:
         raise ConfigError(f"fitness {fitness.settings.fitness!r}: how to find its exact best set is not known")
     pools = pools_of(maps)

@@ -92,7 +92,10 @@ def _winner(comparison: Comparison) -> list[str]:
     equal = [pair for pair in pairs if pair.p_value >= ALPHA]
     hopeless = [pair.groups[1] for pair in equal if _too_few(pair, comparison)]
     nested = [parent for name, parent in comparison.by_construction if name == best]
-    sentences = [f"{title}: {best} has the best median, {figures}."]
+    medians = {name: comparison.summaries[name].median for name in comparison.order}
+    same = [name for name in others if medians[name] == medians[best]]
+    shared = f"; {_list(same)} {'has' if len(same) == 1 else 'have'} the same" if same else ""
+    sentences = [f"{title}: {best} has the best median, {figures}{shared}."]
     if beaten:
         sentences.append(f"{best} beats {_list([_behind(pair, comparison) for pair in beaten])}.")
     if worse_than:

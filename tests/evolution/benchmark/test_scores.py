@@ -80,6 +80,13 @@ def test_a_benchmark_has_both_tables():
     assert [row["faster s"] for row in result.table("pairs")] == [-1.5]
 
 
+def test_a_map_that_is_given_twice_is_named():
+    result = Benchmark(tuple(runs("a", [1.0, 2.0, 1.0])), digests={"hall": "1", "office": "2", "hall_2": "1"})
+    assert result.repeated_maps == [
+        "hall_2 is the same map and task as hall, so its runs are copies; intervals and tests count both."
+    ]
+
+
 def test_copies_of_a_run_count_once_in_intervals():
     rows = [{**row, "repeat": repeat, "seed": repeat} for row in runs("a", [5.0, 6.0]) for repeat in range(4)]
     (score,) = score_rows(rows, ("a",))

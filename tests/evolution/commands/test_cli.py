@@ -14,8 +14,9 @@ import pytest
 from PIL import Image
 
 from controllers.nav2_params import read_nav2_params
+from evolution.__main__ import run
 from evolution.api import bench
-from evolution.cli import build_parser, main, start
+from evolution.cli import build_parser, main
 from evolution.commands import WITH_WORKERS
 from evolution.driving import DriveSettings, check_room
 from evolution.runs.loading import load_run
@@ -59,13 +60,14 @@ def test_commands_that_drive_in_workers_are_those_with_an_option_for_them():
     assert with_option == WITH_WORKERS
 
 
-def test_ctrl_c_while_a_command_is_imported_is_one_line(monkeypatch, capsys):
-    def interrupt(name):
+@pytest.mark.parametrize("place", ["start", "load_command", "build_parser"])
+def test_ctrl_c_before_a_command_runs_is_one_line(monkeypatch, capsys, place):
+    def interrupt(*_):
         raise KeyboardInterrupt
 
-    monkeypatch.setattr("evolution.cli.load_command", interrupt)
-    monkeypatch.setattr("sys.argv", ["mapbench", "bench", "nowhere.yaml"])
-    assert start() == 130
+    monkeypatch.setattr(f"evolution.cli.{place}", interrupt)
+    monkeypatch.setattr("sys.argv", ["mapbench", "list", "maps"])
+    assert run() == 130
     assert capsys.readouterr().err == "mapbench: interrupted\n"
 
 

@@ -106,6 +106,11 @@ def test_verdicts_by_hand():
     order = read_verdict("order", names).measured_on([trial])
     assert order.order == ("rpp", "dwb", "mppi")
     assert not order.holds(trial | {"dwb": result(time=7.0)})
+    without_order = ({"dwb": result("collision")}, {"dwb": result(time=8.0)})
+    assert not any(order.holds(trial | changed) for changed in without_order)
+    for changed in without_order:
+        with pytest.raises(ConfigError, match="all times differ and at most one controller fails"):
+            read_verdict("order", names).measured_on([trial | changed])
     both = {"dwb": result(), "rpp": result(time=8.0)}
     ratio = read_verdict("ratio", ("dwb", "rpp"), tolerance=0.1).measured_on([both])
     assert ratio.holds({"dwb": result(time=10.9), "rpp": result(time=8.0)})
@@ -114,8 +119,14 @@ def test_verdicts_by_hand():
     assert not ratio.holds(at_once)
     assert read_verdict("dwb succeeds", names).measured_on([at_once]).holds(at_once)
     for refused in (trial, at_once):
-        with pytest.raises(ConfigError, match="all controllers reach the goal, none of them at once"):
+        with pytest.raises(ConfigError, match="all controllers reach the goal, none in 0 s"):
             read_verdict("ratio", names).measured_on([refused])
+
+
+def test_a_verdict_names_controllers_whatever_their_names():
+    names = ("rpp 2", "rpp and more", "größe")
+    verdict = read_verdict("rpp 2 fails and rpp and more succeeds and größe fails", names)
+    assert verdict.outcomes == {"rpp 2": False, "rpp and more": True, "größe": False}
 
 
 @pytest.mark.parametrize(

@@ -241,11 +241,11 @@ def test_why_leaves_only_what_the_verdict_needs(page, session):
     with page.connect() as socket:
         socket.send_json(drive_of(session, 9))
         until(socket, "answer")
-        socket.send_json({"type": "why", "id": 9, "verdict": "rpp succeeds", "runs": 50})
+        socket.send_json({"type": "why", "id": 9, "verdict": "rpp far succeeds", "runs": 50})
         last = until(socket, "offers")[-1]
         while not last.get("finished", True):
             last = until(socket, "offers")[-1]
-    assert last["text"].startswith("rpp succeeds: every obstacle that remains is needed")
+    assert last["text"].startswith("rpp far succeeds: every obstacle that remains is needed")
     assert last["offers"][0]["scene"]["cells"] != session["scene"]["cells"]
 
 

@@ -85,8 +85,10 @@ def test_a_cancelled_run_leaves_its_worker_alive(jobs, monkeypatch):
 
 
 def test_a_run_that_does_not_end_is_killed(track, jobs):
-    with under_way(track, hang, jobs[:1]):
-        (result,) = track.run(count, jobs[:1], always)
+    """Also where whoever asked for it waits for its end, and asks for nothing else before that."""
+    with under_way(track, hang, jobs):
+        track.cancel()
+    (result,) = track.run(count, jobs[:1], always)
     assert result.success
 
 

@@ -86,11 +86,14 @@ def test_an_atlas_without_maps_says_who_failed():
 
     found = search(drive=fails)
     maps = found.history[-1]["maps"]
-    assert found.unsolved == {"rpp": maps}
-    said = Atlas(EXPERIMENT, SETTINGS, found).sentences()
+    assert (found.unsolved, found.failures) == ({"rpp": maps}, {"timeout": maps})
+    atlas = Atlas(EXPERIMENT, SETTINGS, found)
     assert (
-        f"Maps without a cell because a controller failed: {maps} of {maps}. The first to fail: rpp on {maps}." in said
-    )
+        f"Maps without a cell because a controller failed: {maps} of {maps}. The first to fail: rpp on {maps}. "
+        f"How: timeout on {maps}."
+    ) in atlas.sentences()
+    too_few = "none: best set: expected at least 2 maps, got 0"
+    assert {row["maps"] for row in atlas.table("sets") if row["fitness"] != "roles"} == {too_few}
 
 
 def moves(job):

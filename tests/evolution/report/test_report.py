@@ -248,8 +248,9 @@ def test_comparisons_are_made_once(results, best_sets, monkeypatch, tmp_path):
 
 
 def test_a_run_has_a_page_of_its_own(study_path, tmp_path):
-    shutil.copytree(study_path / "runs" / "gini_6" / "seed-0000", tmp_path / "run")
-    page = Page(write_report(tmp_path / "run", tmp_path / "page.html").read_text())
+    shutil.copytree(study_path / "runs" / "gini_6" / "seed-0000", tmp_path / "my run")
+    page = Page(write_report(tmp_path / "my run", tmp_path / "page.html").read_text())
+    assert "mapbench evolve --config config.yaml --out 'my run'" in page.text
     assert "The search improved the best fitness" in page.text
     assert set(page.downloads) == {"config.yaml", "best_map_set.json", "generations.csv"}
     assert set(yaml.safe_load(page.downloads["config.yaml"])) == {"search", "controllers", "run"}

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import os
 import shutil
 import subprocess
 import sys
@@ -117,3 +118,13 @@ def test_whoever_comes_second_is_told_who_fills_the_directory(tmp_path):
         process.kill()
     assert run(tmp_path) == 0
     assert files_of(tmp_path) == before
+
+
+def test_a_directory_that_is_continued_has_nothing_of_a_killed_writer(tmp_path):
+    run(tmp_path / "run")
+    left = tmp_path / "run" / "maps" / ".a.json.0123abcd.part"
+    left.parent.mkdir(exist_ok=True)
+    left.touch()
+    os.utime(left, (0, 0))
+    run(tmp_path / "run")
+    assert not left.exists()

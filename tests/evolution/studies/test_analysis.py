@@ -327,6 +327,13 @@ def test_the_best_median_is_not_said_to_beat_what_is_better_in_most_pairs():
     assert not any("beats" in sentence for sentence in verdict_of(study))
 
 
+def test_an_equal_median_is_said():
+    study = made_study(*[made_run(name, s, 100.0) for name in ("a", "b", "c") for s in range(3)])
+    first = verdict_of(study)[0]
+    assert first.startswith("Gini fitness, reported: a has the best median, 100.00 (")
+    assert first.endswith("; b and c have the same.")
+
+
 def test_a_clear_difference_is_said_with_all_its_numbers():
     study = groups(ga=-8.0, random=-6.0)
     first, second = verdict_of(study)[:2]

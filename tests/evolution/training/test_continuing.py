@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import os
 from signal import SIGINT, raise_signal
 
 import numpy as np
@@ -196,7 +197,9 @@ def test_a_training_that_was_killed_when_it_had_its_options_only_is_continued(tm
         patch.setattr(TrainingDir, "complete", die)
         with pytest.raises(Killed):
             train("ppo", config=small(), out=tmp_path / "run")
-    (tmp_path / "run" / ".replay_buffer.npz.0123abcd").write_bytes(b"half of it")
+    left = tmp_path / "run" / ".replay_buffer.npz.0123abcd.part"
+    left.write_bytes(b"half of it")
+    os.utime(left, (0, 0))
     assert train(resume=tmp_path / "run").finished
     assert (tmp_path / "run" / "README.txt").is_file()
     assert not [*(tmp_path / "run").rglob(".*")]

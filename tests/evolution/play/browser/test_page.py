@@ -262,6 +262,13 @@ def test_edits_in_a_row_answer_the_last_one(page):
     assert times(page) == before
 
 
+def test_the_page_says_what_it_waits_for(page):
+    page.execute_script("WebSocket.prototype.send = () => {}")
+    tool(page, "Brush")
+    drag(page, (20, -60), (0, 5))
+    until(page, lambda: re.search(r"^Driving for \d+ s, waiting for dwb, rpp\.", text(page, "status")))
+
+
 def choose_preset(page, name):
     Select(page.find_elements(By.CSS_SELECTOR, "#world-list select")[0]).select_by_value(name)
 
