@@ -17,6 +17,7 @@ import numpy as np
 
 from evolution.driving.jobs import ControllerSpec, Job, RunResult
 from evolution.driving.pool import WorkerSetup
+from evolution.driving.pool.worker_loop import MAX_ANSWER_BYTES
 from evolution.driving.settings import DriveSettings
 from gym_mapbench.env.config import EnvConfig
 from gym_mapbench.generator import ShapeSettings
@@ -56,6 +57,16 @@ def drive_slowly(job: Job) -> RunResult:
     """As :func:`drive`, slowly enough to be interrupted."""
     time.sleep(0.002)
     return drive(job)
+
+
+def process_of(job: Job) -> tuple[str, int]:
+    """Return the job's key and the number of the process that was asked."""
+    return job.key, os.getpid()
+
+
+def large_answer(job: Job) -> tuple[str, bytes]:
+    """Return the job's key, and more than a worker can send."""
+    return job.key, bytes(MAX_ANSWER_BYTES)
 
 
 def overflow_the_stack() -> None:
