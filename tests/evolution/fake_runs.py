@@ -17,7 +17,6 @@ import numpy as np
 
 from evolution.driving.jobs import ControllerSpec, Job, RunResult
 from evolution.driving.pool import WorkerSetup
-from evolution.driving.pool.worker_loop import MAX_ANSWER_BYTES
 from evolution.driving.settings import DriveSettings
 from gym_mapbench.env.config import EnvConfig
 from gym_mapbench.generator import ShapeSettings
@@ -66,7 +65,7 @@ def process_of(job: Job) -> tuple[str, int]:
 
 def large_answer(job: Job) -> tuple[str, bytes]:
     """Return the job's key, and more than a worker can send."""
-    return job.key, bytes(MAX_ANSWER_BYTES)
+    return job.key, bytes(10**7)
 
 
 def overflow_the_stack() -> None:
