@@ -82,8 +82,8 @@ def evolve(
         rundir = begun or _begin(wanted, out, evaluator)
         with exclusive_store(RUN, rundir.path, resources.wait_s) as evaluator.store:
             search_on(wanted, evaluator, rundir, on_generation=on_generation)
-    run = load_run(rundir.path)
-    write_run_figures(run)
+        run = load_run(rundir.path)
+        write_run_figures(run, apply=evaluator.map)
     return run
 
 

@@ -11,12 +11,12 @@ from __future__ import annotations
 import logging
 import queue
 from collections import Counter
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable, Iterable, Iterator, Sequence
 from concurrent.futures import BrokenExecutor, Executor, Future
 from contextlib import suppress
 from dataclasses import replace
 from functools import partial
-from typing import Self
+from typing import Self, TypeVar
 
 from evolution.driving.executors import EXECUTORS
 from evolution.driving.jobs import Job, JobPlan, RunResult, SetResults
@@ -38,6 +38,7 @@ from gym_mapbench.world.scenario import MapSet
 
 LOG = logging.getLogger(__name__)
 
+T = TypeVar("T")
 OnRun = Callable[[Job, RunResult, int], None]
 
 CTRL_C_SECONDS = 0.5
@@ -139,6 +140,27 @@ class Evaluator:
             raise
         return [results[job.key] for job in jobs]
 
+    def map(self, function: Callable[[Job], T], jobs: Iterable[Job]) -> list[T]:
+        """Return the values of a function of jobs, in their order; neither stored nor tried again.
+
+        Worker processes that are running compute the values. This process computes those that they cannot send.
+
+        Args:
+            function: Can be pickled.
+            jobs: The jobs.
+        """
+        jobs, executor = tuple(jobs), self._executor
+        if not isinstance(executor, Processes):
+            return [function(job) for job in jobs]
+        futures = [executor.submit(function, job) for job in jobs]
+        finished: queue.SimpleQueue[Future[T]] = queue.SimpleQueue()
+        for future in futures:
+            future.add_done_callback(finished.put)
+        answered = {future for future in _as_they_end(finished, len(futures)) if future.exception() is None}
+        return [
+            future.result() if future in answered else function(job) for future, job in zip(futures, jobs, strict=True)
+        ]
+
     def get_ready(self) -> None:
         """Start the workers now, so that they load and compile while their first jobs are still being made."""
         executor = self._running()
@@ -236,7 +258,7 @@ def _log_run(job: Job, result: RunResult) -> None:
     LOG.info("%s: %s after %.2f s%s; %s", run, result.outcome, result.time_s, reason, seeds)
 
 
-def _as_they_end(finished: queue.SimpleQueue[Future[RunResult]], count: int) -> Iterator[Future[RunResult]]:
+def _as_they_end(finished: queue.SimpleQueue[Future[T]], count: int) -> Iterator[Future[T]]:
     """Yield ``count`` futures as they end, fewer if the executor breaks."""
     for _ in range(count):
         future = None

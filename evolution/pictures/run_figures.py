@@ -2,42 +2,52 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import replace
+from itertools import islice
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from evolution.driving import drive
+from evolution.driving import Job, drive
 from evolution.files import counted
 from evolution.pictures.map_figures import DrivenMap, map_set_figure
 from evolution.pictures.pareto_figure import pareto_figure
 from evolution.pictures.plots import convergence_figure, lorenz_figure, times_figure
 from evolution.pictures.style import FORMATS, save_figure
 from evolution.runs import LoadedRun, experiment_in, summary_of_map, typical_repeat
+from gym_mapbench.metrics.episode import Episode
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
 FIGURES = "figures"
+Apply = Callable[[Callable[[Job], Episode], Iterable[Job]], Iterable[Episode]]
 
 
-def drive_best(run: LoadedRun) -> list[DrivenMap]:
+def drive_best(run: LoadedRun, apply: Apply = map) -> list[DrivenMap]:
     """Re-run one repeat of the best map set with the seeds of the search, and record it.
 
     The repeat is the one nearest to the median times. Runs that ended in an ``error`` have no trajectory and are left
     out.
 
+    Args:
+        run: The run of the search.
+        apply: Applies a function to jobs, for example :meth:`evolution.driving.Evaluator.map`.
+
     Raises:
         UntrustedError: If the run's experiment names code.
     """
-    plan = experiment_in(run).plan
-    driven = []
-    for scenario, entry, recorded in zip(run.best, run.best_results["maps"], recorded_maps(run), strict=True):
+    plan, maps = experiment_in(run).plan, recorded_maps(run)
+    jobs = []
+    for scenario, entry, recorded in zip(run.best, run.best_results["maps"], maps, strict=True):
         failed = {name for name, runs in entry["runs"].items() if not runs or runs[0]["outcome"] == "error"}
         numbers = [number for number, name in enumerate(plan.names) if name not in failed]
-        jobs = [plan.job(scenario, number, recorded.repeat) for number in numbers]
-        driven.append(replace(recorded, episodes=tuple(drive(job) for job in jobs)))
-    return driven
+        jobs.append([plan.job(scenario, number, recorded.repeat) for number in numbers])
+    episodes = iter(apply(drive, [job for of_map in jobs for job in of_map]))
+    return [
+        replace(recorded, episodes=tuple(islice(episodes, len(of_map))))
+        for recorded, of_map in zip(maps, jobs, strict=True)
+    ]
 
 
 def recorded_maps(run: LoadedRun) -> list[DrivenMap]:
@@ -49,11 +59,18 @@ def recorded_maps(run: LoadedRun) -> list[DrivenMap]:
 
 
 def write_run_figures(
-    run: LoadedRun, maps: Sequence[DrivenMap] | None = None, formats: Sequence[str] = FORMATS
+    run: LoadedRun, maps: Sequence[DrivenMap] | None = None, formats: Sequence[str] = FORMATS, apply: Apply = map
 ) -> list[Path]:
-    """Draw convergence, best maps with trajectories, times, Lorenz curves and a Pareto front into ``figures/``."""
+    """Draw convergence, best maps with trajectories, times, Lorenz curves and a Pareto front into ``figures/``.
+
+    Args:
+        run: The run of the search.
+        maps: What :func:`drive_best` returned; it is called if None.
+        formats: Formats of the files.
+        apply: As for :func:`drive_best`.
+    """
     folder = run.figures or run.path / FIGURES
-    maps = drive_best(run) if maps is None else maps
+    maps = drive_best(run, apply) if maps is None else maps
     written = save_figure(convergence_figure(_convergence(run)), folder / "convergence", formats)
     if drawn := best_maps_figure(maps, run.controllers):
         written += save_figure(drawn, folder / "best_maps", formats)

@@ -84,16 +84,21 @@ class Forecast:
         return self._estimate(fitness, shift, [one.noise for one in self.logarithms])
 
     def _estimate(self, fitness: Fitness, shift: float, spreads: Sequence[float]) -> Estimate:
-        def score(logarithms: Array) -> float:
-            return fitness.score_of(tuple(map(math.exp, logarithms.tolist())))
+        means = [one.mean + shift * one.deviation for one in self.logarithms]
+        values = tuple(map(math.exp, means))
 
-        means = np.array([one.mean + shift * one.deviation for one in self.logarithms])
-        halves = [0.5 * (score(means + step) - score(means - step)) for step in np.diag(spreads)]
+        def score_with(place: int, logarithm: float) -> float:
+            return fitness.score_of((*values[:place], math.exp(logarithm), *values[place + 1 :]))
+
+        pairs = zip(means, spreads, strict=True)
+        halves = [
+            0.5 * (score_with(place, mean + spread) - score_with(place, mean - spread))
+            for place, (mean, spread) in enumerate(pairs)
+        ]
         limit = math.log(fitness.time_limit) if fitness.settings.metric == TIME else np.inf
-        in_time = float(np.prod(scipy.special.ndtr((limit - means) / np.array(spreads))))
-        values = tuple(map(math.exp, means.tolist()))
+        in_time = float(np.prod(scipy.special.ndtr((limit - np.array(means)) / np.array(spreads))))
         success = min(in_time, self.goals) if fitness.policy.excludes else 1.0
-        return Estimate(values, score(means), math.hypot(*halves), success)
+        return Estimate(values, fitness.score_of(values), math.hypot(*halves), success)
 
 
 class Surrogate:

@@ -108,8 +108,8 @@ class FamilySpec(Settings):
 
     def for_robot(self, robot: RobotSpec) -> FamilySpec:
         """Return the family with as much room beside this robot as motifs leave beside one of the usual width."""
-        family, wider = self.make(), robot.width - USUAL_WIDTH
-        if wider == 0.0 or not isinstance(family, AlongRoute):
+        wider = robot.width - USUAL_WIDTH
+        if wider == 0.0 or not isinstance(family := self.make(), AlongRoute):
             return self
         return FamilySpec(name=self.name, options=self.options | family.options_for(wider))
 

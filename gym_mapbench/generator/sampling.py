@@ -31,6 +31,7 @@ from gym_mapbench.world.robot import RobotSpec
 from gym_mapbench.world.scenario import Pose
 
 MAX_SAMPLES = 200
+TO_THE_GOAL = NavfnParams(tolerance=0.0)
 LONGEST_PLAN = 0.9
 """Longest plan that a sampled map may have, as a share of the longest that NavFn can follow.
 
@@ -116,7 +117,7 @@ def find_way(grid: GridMap, start: Pose, goal: Pose, robot: RobotSpec) -> NDArra
     """
     costmap = build_static_costmap(grid, *_with_cell_to_spare(robot, grid.resolution))
     try:
-        path = NavfnPlanner(NavfnParams(tolerance=0.0)).plan(costmap, start, goal)
+        path = NavfnPlanner(TO_THE_GOAL).plan(costmap, start, goal)
     except NoPathError:
         return None
     path.flags.writeable = False

@@ -58,6 +58,16 @@ def drive_slowly(job: Job) -> RunResult:
     return drive(job)
 
 
+def process_of(job: Job) -> tuple[str, int]:
+    """Return the job's key and the number of the process that was asked."""
+    return job.key, os.getpid()
+
+
+def large_answer(job: Job) -> tuple[str, bytes]:
+    """Return the job's key, and more than a worker can send."""
+    return job.key, bytes(10**7)
+
+
 def overflow_the_stack() -> None:
     """Call itself through C until the stack of the process is full."""
     sys.setrecursionlimit(10**8)

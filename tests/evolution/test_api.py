@@ -40,7 +40,7 @@ def fake_robot(monkeypatch):
         monkeypatch.setattr(f"{place}.run_job", fake_runs.misbehave)
     for place in ("evolution.api.searches", "evolution.runs.exclusive"):
         monkeypatch.setattr(f"{place}.preparation_of", lambda *_: None)
-    monkeypatch.setattr("evolution.api.searches.write_run_figures", lambda _: None)
+    monkeypatch.setattr("evolution.api.searches.write_run_figures", lambda *_, **__: None)
 
 
 def test_every_metric_that_is_asked_for_is_a_column_of_the_summary():

@@ -196,14 +196,45 @@ def test_a_map_for_a_narrow_robot_is_built_again_from_its_genome(name):
     assert (build_genome(drawn.genome, THESIS) == drawn.cells).all()
 
 
+def seen_from(seed):
+    """Cells around an element, and plain NumPy's distances of their centres, along the route and to the left of it."""
+    rng = np.random.default_rng(seed)
+    east, north = (rng.uniform(-4.0, 4.0, size) for size in (40, 30))
+    x, y = forward = rng.choice([[0.0, 1.0], [-1.0, 0.0], [-0.6, 0.8], [-math.sqrt(0.5), math.sqrt(0.5)]])
+    distances = (east * a + north[:, None] * b for a, b in (forward, (-y, x)))
+    return Around(east, north, forward, 0, 0.05), *distances
+
+
+def within(distances, width):
+    return (distances >= -width / 2) & (distances < width / 2)
+
+
+@settings(max_examples=50, deadline=None)
+@given(seed=seeds, width=st.floats(0.0, 9.0), moved=st.tuples(*[st.floats(-3.0, 3.0)] * 2))
+def test_cells_around_an_element_are_those_of_plain_numpy(seed, width, moved):
+    around, along, across = seen_from(seed)
+    beside = around.moved(*moved)
+    for seen, offsets in ((around, (0.0, 0.0)), (beside, moved)):
+        assert np.array_equal(seen.along, along - offsets[0])
+        assert np.array_equal(seen.across, across - offsets[1])
+        assert np.array_equal(seen.within_along(width), within(along - offsets[0], max(width, 0.05)))
+        assert np.array_equal(seen.within_across(width), within(across - offsets[1], max(width, 0.05)))
+
+
+def test_the_lower_edge_alone_belongs_to_a_strip():
+    edges = np.array([-1.0, 0.0, 1.0])
+    around = Around(edges, edges, np.array([0.0, 1.0]), 0, 0.05)
+    assert around.within_along(2.0)[:, 0].tolist() == [True, True, False]
+    assert around.within_across(2.0)[0].tolist() == [False, True, True]
+
+
 @settings(max_examples=30, deadline=None)
 @given(seed=seeds, gap=st.floats(0.01, 1.5), side=st.floats(0.01, 1.5))
 def test_pillars_are_those_of_the_formula_on_all_cells(seed, gap, side):
-    along, across = np.random.default_rng(seed).uniform(-4.0, 4.0, (2, 30, 40))
-    walls = PillarRows().walls(Around(along, across, 0, 0.05), {"gap": gap, "side": side})
+    around, along, across = seen_from(seed)
+    walls = PillarRows().walls(around, {"gap": gap, "side": side})
     gap, side = max(gap, 0.05), max(side, 0.05)
-    in_row, in_pillar = (along >= -side / 2) & (along < side / 2), (across + gap / 2) % (gap + side) >= gap
-    assert np.array_equal(walls, in_row & in_pillar)
+    assert np.array_equal(walls, within(along, side) & ((across + gap / 2) % (gap + side) >= gap))
 
 
 def test_the_way_of_equal_maps_is_planned_once_and_cannot_be_changed():

@@ -10,7 +10,7 @@ if no repeat so far had one.
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from itertools import pairwise
 from statistics import NormalDist, median
 from typing import NamedTuple
@@ -31,6 +31,7 @@ from evolution.search.judging.map_results import (
     without_failed_trials,
 )
 from evolution.search.judging.patterns import log_times
+from gym_mapbench.kernels.nearest import nearest
 
 SIMILAR = 8
 """Number of similar maps whose pooled variance is the prior of a map's variance."""
@@ -171,20 +172,20 @@ def chances_of_goals(maps: Mapping[str, MapResults], places: Places) -> dict[str
         for name, of_map in maps.items()
         if repeats_of(of_map) > 1 and all(run.success for runs in of_map for run in runs[:1])
     }
-    others = np.array([places[name] for name in further])
     trials, failed = np.array(list(further.values()), dtype=float).reshape(-1, 2).T
-    found = {}
-    for name, of_map in maps.items():
-        similar = _nearest(others, places[name], SIMILAR_FAILURES)
-        prior = (float(failed[similar].sum()) + FAILURES) / (float(trials[similar].sum()) + TRIALS)
-        found[name] = 1.0 - (prior * PRIOR_OF_FAILURES + failures[name]) / (PRIOR_OF_FAILURES + repeats_of(of_map))
+    similar = _most_similar(maps, further, places, SIMILAR_FAILURES)
+    priors = (failed[similar].sum(axis=1) + FAILURES) / (trials[similar].sum(axis=1) + TRIALS)
+    return {
+        name: 1.0 - (prior * PRIOR_OF_FAILURES + failures[name]) / (PRIOR_OF_FAILURES + repeats_of(of_map))
+        for (name, of_map), prior in zip(maps.items(), priors.tolist(), strict=True)
+    }
+
+
+def _most_similar(names: Iterable[str], others: Iterable[str], places: Places, count: int) -> NDArray[np.int64]:
+    """Return for each map the numbers of some other maps that are most similar, ``(names, count or all others)``."""
+    rows = [np.array([places[name] for name in some]).reshape(-1, 3) for some in (names, others)]
+    found: NDArray[np.int64] = nearest(*rows, count)
     return found
-
-
-def _nearest(others: NDArray[np.float64], place: Place, count: int) -> NDArray[np.intp]:
-    """Return the numbers of the places, ``(places, 3)`` or none, that are nearest to one, the nearest first."""
-    distances = np.abs(others.reshape(-1, len(place)) - place).sum(axis=1)
-    return np.argsort(distances, kind="stable")[:count]
 
 
 def deviations_of(values: OfRepeats, places: Places) -> dict[str, float]:
@@ -197,16 +198,15 @@ def deviations_of(values: OfRepeats, places: Places) -> dict[str, float]:
         values: The value of each repeat, for each map by name.
         places: What makes the maps similar (:func:`places_of`).
     """
-    known = [name for name, some in values.items() if len(some) > 1]
-    freedom = np.array([len(values[name]) - 1 for name in known])
-    squares = np.array([np.var(values[name], ddof=1) for name in known]) * freedom
-    others = np.array([places[name] for name in known])
+    several = {name: some for name, some in values.items() if len(some) > 1}
+    freedom = np.array([len(some) - 1 for some in several.values()], dtype=float)
+    squares = np.array([np.var(some, ddof=1) for some in several.values()]) * freedom
+    similar = _most_similar(values, several, places, SIMILAR)
+    priors = squares[similar].sum(axis=1) / freedom[similar].sum(axis=1) if several else np.zeros(len(values))
     found = {}
-    for name, some in values.items():
-        similar = _nearest(others, places[name], SIMILAR)
-        prior = float(squares[similar].sum() / freedom[similar].sum()) if known else 0.0
-        own = float(np.var(some)) * len(some)
-        found[name] = float(np.sqrt((own + PRIOR * prior) / (PRIOR + len(some) - 1)))
+    for (name, some), prior in zip(values.items(), priors.tolist(), strict=True):
+        own = float(np.var(some)) * len(some) if name in several else 0.0
+        found[name] = math.sqrt((own + PRIOR * prior) / (PRIOR + len(some) - 1))
     return found
 
 

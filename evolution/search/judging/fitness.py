@@ -190,7 +190,7 @@ class Fitness:
             objectives = tuple(float(one) for one in self.kind.objectives_of(parts))
             constraints = tuple(float(one) for one in self.kind.constraints_of(parts))
         wanted, found = (len(self.objectives), len(self.constraints)), (len(objectives), len(constraints))
-        if wanted != found or not np.isfinite([*objectives, *constraints]).all():
+        if wanted != found or not all(map(math.isfinite, (*objectives, *constraints))):
             raise PluginError(
                 f"fitness {self.settings.fitness!r}: expected {wanted[0]} objectives and {wanted[1]} constraints, all "
                 f"finite, got {objectives} and {constraints}"

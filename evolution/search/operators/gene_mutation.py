@@ -10,7 +10,7 @@ from pydantic import Field, field_validator
 
 from evolution.search.operators.gene_changes import GENE_OPERATORS, PROBABILITIES, GeneEdit, StepSettings
 from gym_mapbench.errors import ConfigError, PluginError
-from gym_mapbench.generator import FamilySpec, MotifGenes, genome_of, read_genome
+from gym_mapbench.generator import MotifGenes, read_genome
 from gym_mapbench.quantities import Fraction
 from gym_mapbench.world.genome import Genome
 
@@ -59,8 +59,7 @@ def change_genome(
     alike = [one for one in mates if (one.family, one.options) == (genome.family, genome.options) and one != genome]
     edit = GeneEdit(genes, family, settings, [MotifGenes.from_mapping(one.genes, "genes") for one in alike])
     with GENE_OPERATORS.blamed(operator):
-        changed = GENE_OPERATORS.get(operator)(edit, rng)
-    made = genome_of(FamilySpec(name=genome.family, options=genome.options), changed)
-    if made is None:
+        changed: object = GENE_OPERATORS.get(operator)(edit, rng)
+    if not isinstance(changed, MotifGenes):
         raise PluginError(f"operator on genes {operator!r}: expected MotifGenes, got {type(changed).__name__}")
-    return made
+    return genome.replace(genes=changed.model_dump(mode="json"))

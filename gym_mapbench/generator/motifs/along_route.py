@@ -21,7 +21,6 @@ from gym_mapbench.settings import Settings
 if TYPE_CHECKING:
     from gym_mapbench.generator.motifs.motif import Motif, Values
 
-Ends = Sequence[float] | Point
 USUAL_WIDTH = 0.44
 """Width of the robot for which the ranges of gaps and corridors are meant, m; others have as much room beside them."""
 
@@ -34,12 +33,14 @@ class Place(NamedTuple):
         centre: ``(x, y)``, m.
         section: Number of its section.
         number: Its number in the section.
+        values: Its values of all genes.
     """
 
     leg: int
     centre: Point
     section: int
     number: int
+    values: Values
 
 
 class AlongRoute(Settings):
@@ -87,23 +88,20 @@ class AlongRoute(Settings):
         legs, reach = legs_of(genes.route, start, goal), (shapes.cleared_distance + 0.5) * shapes.resolution
         _check_room(legs, shapes, reach)
         centres = (np.arange(shapes.size) + 0.5) * shapes.resolution
-        for place in places(self, genes, start, goal):
-            leg, section = legs[place.leg], genes.sections[place.section]
-            if not _is_clear(leg, place.centre, start, goal, reach):
-                continue
-            dx, dy = centres - place.centre[0], (centres - place.centre[1])[:, None]
-            along, across = (dx * unit[0] + dy * unit[1] for unit in (leg.along, leg.across))
-            self.add_walls(cells, section, Around(along, across, place.number, shapes.resolution))
+        for place in _places(self, genes, legs):
+            if _is_clear(legs, place.leg, place.centre, reach):
+                east, north = (centres - part for part in place.centre)
+                around = Around(east, north, legs[place.leg].along, place.number, shapes.resolution)
+                self.add_walls(cells, genes.sections[place.section].motif, around, place.values)
         return clear_and_border(cells, shapes)
 
-    def add_walls(self, cells: Cells, section: Section, around: Around) -> None:
-        """Occupy the cells of one element of a section."""
-        motif = self.motif(section.motif)
-        cells |= motif.walls(around, motif.values(section, around.number))
+    def add_walls(self, cells: Cells, motif: str, around: Around, values: Values) -> None:
+        """Occupy the cells of one element of a section with a motif."""
+        cells |= self.motif(motif).walls(around, values)
 
 
 def places(family: AlongRoute, genes: MotifGenes, start: Sequence[float], goal: Sequence[float]) -> Iterator[Place]:
-    """Yield the places of all elements from start to goal.
+    """Return the places of all elements from start to goal.
 
     Sections follow each other; together they are in the middle of the route.
 
@@ -113,7 +111,10 @@ def places(family: AlongRoute, genes: MotifGenes, start: Sequence[float], goal: 
         start: ``(x, y)``, m.
         goal: ``(x, y)``, m.
     """
-    legs = legs_of(genes.route, start, goal)
+    return _places(family, genes, legs_of(genes.route, start, goal))
+
+
+def _places(family: AlongRoute, genes: MotifGenes, legs: Sequence[Leg]) -> Iterator[Place]:
     begin = (sum(leg.length for leg in legs) - sum(_length(section) for section in genes.sections)) / 2
     for number, section in enumerate(genes.sections):
         motif, pitch = family.motif(section.motif), section.shared["pitch"]
@@ -121,7 +122,8 @@ def places(family: AlongRoute, genes: MotifGenes, start: Sequence[float], goal: 
             progress = begin + (element + 0.5 + section.shared["phase"]) * pitch
             low, high = motif.pitch
             leg, rest = _leg_at(legs, progress + deviations.get("pitch", 0.0) * (high - low))
-            yield Place(leg, _centre(legs[leg], rest, motif.values(section, element), element), number, element)
+            values = motif.values(section, element)
+            yield Place(leg, _centre(legs[leg], rest, values, element), number, element, values)
         begin += _length(section)
 
 
@@ -145,16 +147,16 @@ def _centre(leg: Leg, progress: float, values: Values, number: int) -> Point:
     return leg.at(progress) + aside * leg.across
 
 
-def _is_clear(leg: Leg, centre: Point, start: Ends, goal: Ends, reach: float) -> bool:
-    """Whether a wall through a point leaves out the squares cleared around start and goal."""
-    half = reach * float(np.abs(leg.along).sum())
-    return all(abs(float((centre - np.array(end)) @ leg.along)) > half for end in (start, goal))
+def _is_clear(legs: Sequence[Leg], number: int, centre: Point, reach: float) -> bool:
+    """Whether a wall across a leg, through a point, leaves out the squares cleared around start and goal."""
+    leg, ends = legs[number], (legs[0].start, legs[-1].end)
+    return all(abs(float((centre - end) @ leg.along)) > reach * leg.breadth for end in ends)
 
 
 def _check_room(legs: Sequence[Leg], shapes: ShapeSettings, reach: float) -> None:
     """Refuse a map whose cleared areas leave no room for a wall halfway between start and goal."""
-    start, goal = legs[0].start, legs[-1].end
-    if not all(_is_clear(leg, (start + goal) / 2, start, goal, reach) for leg in legs):
+    middle = (legs[0].start + legs[-1].end) / 2
+    if not all(_is_clear(legs, number, middle, reach) for number in range(len(legs))):
         raise ConfigError(
             f"size: expected a map with room for motifs between the cleared areas of start and goal, got {shapes.size} "
             "cells"

@@ -16,6 +16,7 @@ from __future__ import annotations
 
 from abc import abstractmethod
 from collections.abc import Mapping
+from functools import cached_property
 from typing import Annotated, Any
 
 import numpy as np
@@ -80,12 +81,12 @@ class Motif(AlongRoute):
             genes: The element's own values of all genes.
         """
 
-    @property
+    @cached_property
     def ranges(self) -> dict[str, Bounds]:
         """Ranges of the shared genes by name."""
         return {name: getattr(self, name) for name in type(self).model_fields if name not in NO_GENES}
 
-    @property
+    @cached_property
     def element_genes(self) -> tuple[str, ...]:
         """Genes from which single elements deviate."""
         return tuple(name for name in self.ranges if name not in SECTION_GENES)

@@ -3,7 +3,9 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from typing import Literal, NamedTuple
+from dataclasses import dataclass
+from functools import cached_property
+from typing import Literal
 
 import numpy as np
 from numpy.typing import NDArray
@@ -32,7 +34,8 @@ class Route(Settings):
     bend: SignedFraction = 0.0
 
 
-class Leg(NamedTuple):
+@dataclass(frozen=True, eq=False)
+class Leg:
     """A straight part of a route.
 
     Args:
@@ -45,15 +48,20 @@ class Leg(NamedTuple):
     end: Point
     along: Point
 
-    @property
+    @cached_property
     def across(self) -> Point:
         """The unit vector to the left of ``along``."""
         return np.array([-self.along[1], self.along[0]])
 
-    @property
+    @cached_property
     def length(self) -> float:
         """Progress from start to end, m."""
         return float((self.end - self.start) @ self.along)
+
+    @cached_property
+    def breadth(self) -> float:
+        """Extent along the leg of a square with sides of 1 m that are parallel to those of the map, m."""
+        return float(np.abs(self.along).sum())
 
     def at(self, progress: float) -> Point:
         """Return the point of the leg at a progress in m."""

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from functools import cached_property
 from typing import Any
 
 import numpy as np
@@ -11,7 +12,7 @@ from gym_mapbench.errors import ConfigError
 from gym_mapbench.generator.motifs.along_route import AlongRoute
 from gym_mapbench.generator.motifs.around import Around
 from gym_mapbench.generator.motifs.genes import Section
-from gym_mapbench.generator.motifs.motif import Motif
+from gym_mapbench.generator.motifs.motif import Motif, Values
 from gym_mapbench.generator.motifs.registry import MOTIFS
 from gym_mapbench.generator.ranges import CountRange, sample_count
 from gym_mapbench.generator.shapes import Cells
@@ -50,22 +51,24 @@ class Sequences(AlongRoute):
 
     @model_validator(mode="after")
     def _motifs_exist(self) -> Sequences:
-        for name in self.motifs:
-            self.motif(name)
+        _ = self._made
         return self
+
+    @cached_property
+    def _made(self) -> dict[str, Motif]:
+        """The motifs by name."""
+        return {name: _motif(name, options) for name, options in self.motifs.items()}
 
     def motif(self, name: str) -> Motif:
         """Return the motif of a section."""
         if name not in self.motifs:
             raise ConfigError(f"motif: expected one of {', '.join(self.motifs)}, got {name!r:.80}")
-        make = MOTIFS.get(name)
-        with MOTIFS.blamed(name):
-            return make(**self.motifs[name])
+        return self._made[name]
 
-    def add_walls(self, cells: Cells, section: Section, around: Around) -> None:
+    def add_walls(self, cells: Cells, motif: str, around: Around, values: Values) -> None:
         """As :meth:`AlongRoute.add_walls`; an error names the motif."""
-        with MOTIFS.blamed(section.motif):
-            super().add_walls(cells, section, around)
+        with MOTIFS.blamed(motif):
+            super().add_walls(cells, motif, around, values)
 
     def options_for(self, wider: float) -> dict[str, Any]:
         """As :meth:`AlongRoute.options_for`, for every motif."""
@@ -78,3 +81,10 @@ class Sequences(AlongRoute):
         names = tuple(self.motifs)
         drawn = [names[int(rng.integers(len(names)))] for _ in range(sample_count(rng, self.sections))]
         return tuple(self.motif(name).draw_section(rng, name) for name in drawn)
+
+
+def _motif(name: str, options: MotifOptions) -> Motif:
+    """Make a motif of its options."""
+    make = MOTIFS.get(name)
+    with MOTIFS.blamed(name):
+        return make(**options)

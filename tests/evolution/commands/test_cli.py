@@ -195,7 +195,7 @@ def fake_robot(monkeypatch):
         monkeypatch.setattr(f"{place}.run_job", fake_runs.misbehave)
     for place in ("evolution.api.searches", "evolution.runs.exclusive"):
         monkeypatch.setattr(f"{place}.preparation_of", lambda *_: fake_runs.touch_warm_up)
-    monkeypatch.setattr("evolution.api.searches.write_run_figures", lambda _: None)
+    monkeypatch.setattr("evolution.api.searches.write_run_figures", lambda *_, **__: None)
 
 
 SMALL_SEARCH = ["evolve", "--preset", "quick", "--pop-size", "2", "--evaluations", "2", "--maps-per-set", "2"]

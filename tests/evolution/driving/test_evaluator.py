@@ -56,6 +56,19 @@ def test_results_come_in_order_whatever_the_workers_do():
         assert evaluator.driven == 4 * 3 * 3 * 2
 
 
+def test_running_workers_apply_a_function_to_jobs():
+    jobs = jobs_of(plan_of("dwb", "mppi", "rpp"))
+    here = [fake_runs.process_of(job) for job in jobs]
+    with Evaluator(fake_runs.drive, workers=2) as evaluator:
+        assert evaluator.map(fake_runs.process_of, jobs) == here
+        evaluator.run(jobs)
+        keys, processes = zip(*evaluator.map(fake_runs.process_of, iter(jobs)), strict=True)
+        assert keys == tuple(job.key for job in jobs)
+        assert os.getpid() not in processes
+        assert evaluator.map(fake_runs.large_answer, jobs) == [fake_runs.large_answer(job) for job in jobs]
+        assert (evaluator.driven, evaluator.reused) == (3, 0)
+
+
 def test_nothing_is_driven_twice(tmp_path):
     plan = JobPlan(CONTROLLERS, WORLD)
     (one, other) = map_sets(2)

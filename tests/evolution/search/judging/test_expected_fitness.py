@@ -20,6 +20,7 @@ from evolution.search.judging.expected_fitness import (
     places_of,
     shrunken_values,
 )
+from gym_mapbench.kernels.nearest import nearest
 
 HERE = np.zeros(3)
 FITNESS = Fitness.of(JudgingSettings(), 150.0)
@@ -56,6 +57,15 @@ def test_maps_with_one_high_score_are_not_the_similar_maps_of_maps_with_a_low_sc
     steady = {f"steady{n}": driven(34.0 + n / 4, 33.0, 35.0, 34.0) for n in range(8)}
     found = deviations(**lucky, **steady, low=driven(30.5), high=driven(100.5))
     assert found["low"] < 0.1 * found["high"]
+
+
+@given(seed=st.integers(0, 2**32 - 1), others=st.integers(0, 20), count=st.integers(1, 9))
+def test_the_nearest_points_are_those_of_plain_numpy(seed, others, count):
+    rng = np.random.default_rng(seed)
+    points, others = (rng.integers(0, 4, (size, 3)) / 3 for size in (5, others))
+    distances = np.abs(others[None] - points[:, None]).sum(axis=2)
+    expected = np.argsort(distances, axis=1, kind="stable")[:, :count]
+    assert np.array_equal(nearest(points, others, count), expected)
 
 
 def test_times_that_nearly_reached_the_limit_are_not_expected_to_stay_below_it():
