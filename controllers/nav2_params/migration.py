@@ -41,7 +41,8 @@ from controllers.nav2_params.older import OLD_BEHAVIORS, OLD_NODES, todays_names
 from controllers.nav2_params.plugins import COSTMAP_LAYERS
 from controllers.nav2_params.recognition import recognise
 from controllers.nav2_params.signs import kilted_key
-from controllers.nav2_params.tree_ids import NAVIGATOR, PROGRESS_CHECKER
+from controllers.nav2_params.tree_file import NAVIGATOR
+from controllers.nav2_params.tree_ids import PROGRESS_CHECKER
 from controllers.nav2_params.yaml_edits import Edits, Entry, as_yaml, entries
 from controllers.releases import Release
 from gym_mapbench.errors import ConfigError
