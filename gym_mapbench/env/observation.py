@@ -29,6 +29,7 @@ from gym_mapbench.world.lidar import Lidar, LidarSettings
 from gym_mapbench.world.localisation import StateEstimator
 from gym_mapbench.world.noise import NoiseSettings, Streams
 from gym_mapbench.world.scenario import Pose, Scenario
+from gym_mapbench.world.state import Records
 from gym_mapbench.world.world import World
 
 Floats = NDArray[np.float64]
@@ -83,13 +84,15 @@ class Moment(NamedTuple):
     """The robot's state in one control step, true and as it is estimated.
 
     Args:
-        true: True pose.
+        true: ``(3,)`` true pose on the map, m and rad.
+        true_velocity: ``(2,)`` true speed (m/s) and turn rate (rad/s).
         estimate: ``(3,)`` pose on the map as the localisation has it, m and rad.
         odom: ``(3,)`` pose in the odom frame as wheel odometry has it.
         velocity: ``(2,)`` measured speed (m/s) and turn rate (rad/s).
     """
 
-    true: Pose
+    true: Floats
+    true_velocity: Floats
     estimate: Floats
     odom: Floats
     velocity: Floats
@@ -109,6 +112,7 @@ class Observer:
         world: What the scanner sees.
         start: Where the robot truly starts.
         streams: Generators of the noise.
+        robots: The robot, ``(1,)`` ROBOT.
 
     Attributes:
         path: The global path, ``(n, 3)`` x, y (m), yaw (rad); None where it is not observed.
@@ -117,11 +121,13 @@ class Observer:
         NoPathError: If ``path`` is observed and there is none.
     """
 
-    def __init__(self, config: EnvConfig, scenario: Scenario, world: World, start: Pose, streams: Streams) -> None:
+    def __init__(
+        self, config: EnvConfig, scenario: Scenario, world: World, start: Pose, streams: Streams, robots: Records
+    ) -> None:
         self._config = config
         self._world = world
         self._streams = streams
-        self._estimator = StateEstimator(config.noise, start, 1.0 / config.control_hz, streams)
+        self._estimator = StateEstimator(config.noise, start, 1.0 / config.control_hz, streams, robots)
         self.goal = scenario.goal
         self._keys = config.observation
         self.path: NDArray[np.float64] | None = None
@@ -137,20 +143,19 @@ class Observer:
             self.path = plan_path(config, scenario)
             self.ahead = PathView(self.path, config.path)
 
-    def observe(self, pose: Pose, velocity: tuple[float, float]) -> dict[str, NDArray[Any]]:
-        """Return one observation, noise included, of a true pose and velocity; call it once a control step."""
-        moment = self.know(pose, velocity)
+    def observe(self, moment: Moment) -> dict[str, NDArray[Any]]:
+        """Return the observation of a moment, noise included; call it once a control step."""
         return {key: CONTENTS[key](self, moment) for key in self._keys}
 
-    def know(self, pose: Pose, velocity: tuple[float, float]) -> Moment:
-        """Return the estimates of odometry and localisation for a true state; call it once a control step."""
-        known = self._estimator.advance(pose, velocity)
-        return Moment(pose, known[:3], known[3:6], known[6:])
+    def know(self) -> Moment:
+        """Return the robot's present state, true and as odometry and localisation have it; call it as often."""
+        state = self._estimator.advance()
+        return Moment(state[:3], state[3:5], state[5:8], state[8:11], state[11:])
 
-    def people(self, pose: Pose) -> NDArray[np.float32]:
+    def people(self, pose: Floats) -> NDArray[np.float32]:
         """Return the nearest bodies in the frame of a robot at a true pose, see :func:`observation_space`."""
         seen, world = np.empty((self._config.people.nearest, 6), dtype=np.float32), self._world
-        see_people(np.array(pose), world.poses, world.velocities, world.radii, seen)
+        see_people(pose, world.poses, world.velocities, world.radii, seen)
         return seen.ravel()
 
     def beams(self, pose: Pose) -> tuple[Pose, NDArray[np.float64]] | None:
@@ -163,10 +168,10 @@ class Observer:
         sensor = self._mounted.sensor_pose(pose)
         return sensor, np.stack([sensor.yaw + self._mounted.angles, self._lidar.scan(pose)], axis=1)
 
-    def scan_or_hold(self, pose: Pose) -> NDArray[np.float32]:
-        """Return a new scan if one is due, or else the last scan again, in a new array."""
+    def scan_or_hold(self, pose: Floats) -> NDArray[np.float32]:
+        """Return a new scan from a true pose if one is due, or else the last scan again, in a new array."""
         if self._observations % self._observations_per_scan == 0:
-            self._last_scan = self._scan(pose)
+            self._last_scan = self._scan(Pose(*pose.tolist()))
         self._observations += 1
         return self._last_scan.copy()
 
