@@ -218,9 +218,9 @@ class _Log:
         self.touched = touched
 
 
-def _rows(recorded: list[Floats], width: int) -> Floats:
+def _rows(recorded: list[Any], width: int) -> Floats:
     """Stack the recorded arrays, read-only; their bytes, as NumPy would look at each array."""
-    return np.frombuffer(b"".join([row.data for row in recorded])).reshape(-1, width)
+    return np.frombuffer(b"".join(recorded)).reshape(-1, width)
 
 
 def _outcome(controller: Controller, info: dict[str, Any]) -> tuple[Outcome, str]:
