@@ -4,11 +4,13 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterable, Mapping
+from functools import cached_property
 from pathlib import Path
 from typing import Any, NoReturn, SupportsIndex
 
 import gymnasium
 import numpy as np
+from gymnasium import spaces
 from gymnasium.error import ResetNeeded
 from numpy.typing import ArrayLike, NDArray
 
@@ -141,8 +143,6 @@ class MapBenchEnv(gymnasium.Env[Any, Any]):
         self.config = EnvConfig.build(config, **options)
         self.metadata = {**self.metadata, "render_fps": max(1, round(self.config.control_hz))}
         self.render_mode = render_mode
-        self.observation_space = observation_space(self.config)
-        self.action_space = action_space(self.config)
         self._source = ScenarioSource(self.config, scenarios)
         self._late_ticks = self.config.late_ticks
         self._prompt_ticks = self.config.ticks - self._late_ticks
@@ -150,6 +150,16 @@ class MapBenchEnv(gymnasium.Env[Any, Any]):
         self._window: Window | None = None
         self._proximity = Proximity(self.config.robot)
         self._worlds = Worlds()
+
+    @cached_property
+    def observation_space(self) -> spaces.Dict:  # type: ignore[override]
+        """Space of the observations; made when it is first asked for, as a run of a controller never does."""
+        return observation_space(self.config)
+
+    @cached_property
+    def action_space(self) -> spaces.Box:  # type: ignore[override]
+        """Space of the actions, likewise."""
+        return action_space(self.config)
 
     @property
     def robot(self) -> RobotSpec:
