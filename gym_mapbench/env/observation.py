@@ -19,8 +19,7 @@ from gym_mapbench.costmap import NO_INFORMATION, Costmap, CostmapParams, Inflati
 from gym_mapbench.env.config import EnvConfig
 from gym_mapbench.env.groups import PathWindow
 from gym_mapbench.errors import NoPathError
-from gym_mapbench.kernels import frames
-from gym_mapbench.kernels.jit import plain
+from gym_mapbench.kernels.observation import see_goal
 from gym_mapbench.kernels.path import see_path
 from gym_mapbench.kernels.people import see_people
 from gym_mapbench.kernels.ranges import report_ranges
@@ -41,8 +40,6 @@ FAST = 1e3
 
 ScanNoise = tuple[NDArray[np.float32], NDArray[np.bool_]]
 NO_NORMALS, NONE_LOST = np.empty(0, np.float32), np.empty(0, np.bool_)
-
-_seen_from = plain(frames.in_robot_frame)
 
 
 def observation_space(config: EnvConfig) -> spaces.Dict:
@@ -96,11 +93,6 @@ class Moment(NamedTuple):
     estimate: Floats
     odom: Floats
     velocity: Floats
-
-    @property
-    def believed(self) -> Pose:
-        """The estimate as a pose."""
-        return Pose(*self.estimate.tolist())
 
 
 class Observer:
@@ -205,17 +197,19 @@ CONTENTS: dict[str, Callable[[Observer, Moment], NDArray[Any]]] = {
     "pose": lambda observer, moment: moment.estimate,
     "odom": lambda observer, moment: moment.odom,
     "velocity": lambda observer, moment: moment.velocity,
-    "goal": lambda observer, moment: in_robot_frame(observer.goal, moment.believed),
+    "goal": lambda observer, moment: in_robot_frame(observer.goal, moment.estimate),
     "scan": lambda observer, moment: observer.scan_or_hold(moment.true),
-    "path": lambda observer, moment: observer.ahead.ahead_of(moment.believed),
-    "costmap": lambda observer, moment: observer.window.around(moment.believed),
+    "path": lambda observer, moment: observer.ahead.ahead_of(moment.estimate),
+    "costmap": lambda observer, moment: observer.window.around(moment.estimate),
     "people": lambda observer, moment: observer.people(moment.true),
 }
 
 
-def in_robot_frame(goal: Pose, pose: Pose) -> NDArray[np.float32]:
-    """Return ``(3,)`` x, y (m) and yaw (rad) of a goal, seen from a pose."""
-    return np.array(_seen_from(*goal, *pose), dtype=np.float32)
+def in_robot_frame(goal: Pose, pose: Floats) -> NDArray[np.float32]:
+    """Return ``(3,)`` x, y (m) and yaw (rad) of a goal, seen from a pose ``(3,)``."""
+    seen = np.empty(3, dtype=np.float32)
+    see_goal(*goal, pose, seen)
+    return seen
 
 
 class PathView:
@@ -234,10 +228,10 @@ class PathView:
         self._count = window.points
         self._nearest = 0
 
-    def ahead_of(self, pose: Pose) -> NDArray[np.float32]:
-        """Return ``(2 * points,)`` x, y in the robot's frame, m; the goal repeats at the end of the path."""
+    def ahead_of(self, pose: Floats) -> NDArray[np.float32]:
+        """Return ``(2 * points,)`` x, y in the frame of a robot at ``(3,)``, m; the goal repeats at the path's end."""
         window = np.empty((self._count, 2), dtype=np.float32)
-        self._nearest = see_path(self._points, self._nearest, pose.x, pose.y, pose.yaw, window)
+        self._nearest = see_path(self._points, self._nearest, *pose.tolist(), window)
         return window.ravel()
 
 
@@ -254,11 +248,12 @@ class CostmapView:
         self._costmap = costmap
         self._costs = np.pad(costmap.costs, cells, constant_values=NO_INFORMATION)
 
-    def around(self, pose: Pose) -> NDArray[np.uint8]:
+    def around(self, pose: Floats) -> NDArray[np.uint8]:
         """Return ``(1, cells, cells)`` costs around the cell of a pose, which is at ``[0, cells // 2, cells // 2]``."""
+        x, y, _ = pose.tolist()
         rows, cols = self._costmap.costs.shape
-        row = math.floor((pose.y - self._costmap.origin_y) / self._costmap.resolution)
-        col = math.floor((pose.x - self._costmap.origin_x) / self._costmap.resolution)
+        row = math.floor((y - self._costmap.origin_y) / self._costmap.resolution)
+        col = math.floor((x - self._costmap.origin_x) / self._costmap.resolution)
         first_row = min(max(row, 0), rows - 1) + self._cells - self._cells // 2
         first_col = min(max(col, 0), cols - 1) + self._cells - self._cells // 2
         window = self._costs[first_row : first_row + self._cells, first_col : first_col + self._cells]
