@@ -79,7 +79,9 @@ class Episode:
     @cached_property
     def clearances(self) -> NDArray[np.float64]:
         """``(n + 1,)`` distance from the robot's outline to the nearest wall at every recorded pose, m."""
-        return measure_clearance(self.scenario.map, self.robot, self.trajectory)
+        clearances = measure_clearance(self.scenario.map, self.robot, self.trajectory)
+        clearances.flags.writeable = False
+        return clearances
 
     @property
     def success(self) -> bool:
