@@ -23,7 +23,6 @@ from gym_mapbench.kernels.task import judge_worlds
 from gym_mapbench.world.contacts import stands_still
 from gym_mapbench.world.lidar import directions
 from gym_mapbench.world.proximity import Proximity
-from gym_mapbench.world.scenario import Pose
 from gym_mapbench.world.state import Worlds, drive_of
 from gym_mapbench.world.world import BODY, World
 
@@ -116,12 +115,12 @@ class Batch:
 
     def observe(self, observations: Observation, running: Mask) -> None:
         """Write the observation of every running world into its row of every array."""
-        poses, velocities = self.states()
-        estimates, odoms = poses, poses
+        poses, true_velocities = self.states()
+        estimates, odoms, velocities = poses, poses, true_velocities
         if not self._config.noise.knows_its_state:
-            estimates, odoms = poses.copy(), poses.copy()
+            estimates, odoms, velocities = poses.copy(), poses.copy(), true_velocities.copy()
             for i in np.flatnonzero(running).tolist():
-                moment = self.envs[i].observer.know(Pose(*poses[i].tolist()), tuple(velocities[i].tolist()))
+                moment = self.envs[i].observer.know()
                 estimates[i], odoms[i], velocities[i] = moment.estimate, moment.odom, moment.velocity
         states = {"pose": estimates, "odom": odoms, "velocity": velocities}
         for key, rows in observations.items():
@@ -132,7 +131,7 @@ class Batch:
             elif key == "scan" and self._lidar.scan_rate is None:
                 self._scan(rows, running)
             else:
-                self._look(key, rows, running, (poses, estimates, odoms, velocities))
+                self._look(key, rows, running, Moment(poses, true_velocities, estimates, odoms, velocities))
 
     def _scan(self, ranges: NDArray[np.float32], running: Mask) -> None:
         worlds = self._worlds
@@ -145,12 +144,10 @@ class Batch:
             normals, lost = map(np.stack, sampled)
             ranges[chosen] = report_scan(self._config.noise, self._lidar, ranges[chosen], normals, lost)
 
-    def _look(self, key: str, rows: NDArray[Any], running: Mask, states: tuple[NDArray[np.float64], ...]) -> None:
-        """Observe a key world by world."""
+    def _look(self, key: str, rows: NDArray[Any], running: Mask, moments: Moment) -> None:
+        """Observe a key world by world, of the moments of all worlds."""
         for i in np.flatnonzero(running).tolist():
-            true, *known = (state[i] for state in states)
-            moment = Moment(Pose(*true.tolist()), *known)
-            rows[i] = CONTENTS[key](self.envs[i].observer, moment)
+            rows[i] = CONTENTS[key](self.envs[i].observer, Moment(*(state[i] for state in moments)))
 
     def states(self) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
         """Return the true poses ``(count, 3)`` and velocities ``(count, 2)``."""

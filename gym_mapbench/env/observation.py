@@ -19,8 +19,7 @@ from gym_mapbench.costmap import NO_INFORMATION, Costmap, CostmapParams, Inflati
 from gym_mapbench.env.config import EnvConfig
 from gym_mapbench.env.groups import PathWindow
 from gym_mapbench.errors import NoPathError
-from gym_mapbench.kernels import frames
-from gym_mapbench.kernels.jit import plain
+from gym_mapbench.kernels.observation import see_goal
 from gym_mapbench.kernels.path import see_path
 from gym_mapbench.kernels.people import see_people
 from gym_mapbench.kernels.ranges import report_ranges
@@ -29,6 +28,7 @@ from gym_mapbench.world.lidar import Lidar, LidarSettings
 from gym_mapbench.world.localisation import StateEstimator
 from gym_mapbench.world.noise import NoiseSettings, Streams
 from gym_mapbench.world.scenario import Pose, Scenario
+from gym_mapbench.world.state import Records
 from gym_mapbench.world.world import World
 
 Floats = NDArray[np.float64]
@@ -40,8 +40,6 @@ FAST = 1e3
 
 ScanNoise = tuple[NDArray[np.float32], NDArray[np.bool_]]
 NO_NORMALS, NONE_LOST = np.empty(0, np.float32), np.empty(0, np.bool_)
-
-_seen_from = plain(frames.in_robot_frame)
 
 
 def observation_space(config: EnvConfig) -> spaces.Dict:
@@ -83,21 +81,18 @@ class Moment(NamedTuple):
     """The robot's state in one control step, true and as it is estimated.
 
     Args:
-        true: True pose.
+        true: ``(3,)`` true pose on the map, m and rad.
+        true_velocity: ``(2,)`` true speed (m/s) and turn rate (rad/s).
         estimate: ``(3,)`` pose on the map as the localisation has it, m and rad.
         odom: ``(3,)`` pose in the odom frame as wheel odometry has it.
         velocity: ``(2,)`` measured speed (m/s) and turn rate (rad/s).
     """
 
-    true: Pose
+    true: Floats
+    true_velocity: Floats
     estimate: Floats
     odom: Floats
     velocity: Floats
-
-    @property
-    def believed(self) -> Pose:
-        """The estimate as a pose."""
-        return Pose(*self.estimate.tolist())
 
 
 class Observer:
@@ -109,6 +104,7 @@ class Observer:
         world: What the scanner sees.
         start: Where the robot truly starts.
         streams: Generators of the noise.
+        robots: The robot, ``(1,)`` ROBOT.
 
     Attributes:
         path: The global path, ``(n, 3)`` x, y (m), yaw (rad); None where it is not observed.
@@ -117,11 +113,13 @@ class Observer:
         NoPathError: If ``path`` is observed and there is none.
     """
 
-    def __init__(self, config: EnvConfig, scenario: Scenario, world: World, start: Pose, streams: Streams) -> None:
+    def __init__(
+        self, config: EnvConfig, scenario: Scenario, world: World, start: Pose, streams: Streams, robots: Records
+    ) -> None:
         self._config = config
         self._world = world
         self._streams = streams
-        self._estimator = StateEstimator(config.noise, start, 1.0 / config.control_hz, streams)
+        self._estimator = StateEstimator(config.noise, start, 1.0 / config.control_hz, streams, robots)
         self.goal = scenario.goal
         self._keys = config.observation
         self.path: NDArray[np.float64] | None = None
@@ -137,20 +135,19 @@ class Observer:
             self.path = plan_path(config, scenario)
             self.ahead = PathView(self.path, config.path)
 
-    def observe(self, pose: Pose, velocity: tuple[float, float]) -> dict[str, NDArray[Any]]:
-        """Return one observation, noise included, of a true pose and velocity; call it once a control step."""
-        moment = self.know(pose, velocity)
+    def observe(self, moment: Moment) -> dict[str, NDArray[Any]]:
+        """Return the observation of a moment, noise included; call it once a control step."""
         return {key: CONTENTS[key](self, moment) for key in self._keys}
 
-    def know(self, pose: Pose, velocity: tuple[float, float]) -> Moment:
-        """Return the estimates of odometry and localisation for a true state; call it once a control step."""
-        known = self._estimator.advance(pose, velocity)
-        return Moment(pose, known[:3], known[3:6], known[6:])
+    def know(self) -> Moment:
+        """Return the robot's present state, true and as odometry and localisation have it; call it as often."""
+        state = self._estimator.advance()
+        return Moment(state[:3], state[3:5], state[5:8], state[8:11], state[11:])
 
-    def people(self, pose: Pose) -> NDArray[np.float32]:
+    def people(self, pose: Floats) -> NDArray[np.float32]:
         """Return the nearest bodies in the frame of a robot at a true pose, see :func:`observation_space`."""
         seen, world = np.empty((self._config.people.nearest, 6), dtype=np.float32), self._world
-        see_people(np.array(pose), world.poses, world.velocities, world.radii, seen)
+        see_people(pose, world.poses, world.velocities, world.radii, seen)
         return seen.ravel()
 
     def beams(self, pose: Pose) -> tuple[Pose, NDArray[np.float64]] | None:
@@ -163,10 +160,10 @@ class Observer:
         sensor = self._mounted.sensor_pose(pose)
         return sensor, np.stack([sensor.yaw + self._mounted.angles, self._lidar.scan(pose)], axis=1)
 
-    def scan_or_hold(self, pose: Pose) -> NDArray[np.float32]:
-        """Return a new scan if one is due, or else the last scan again, in a new array."""
+    def scan_or_hold(self, pose: Floats) -> NDArray[np.float32]:
+        """Return a new scan from a true pose if one is due, or else the last scan again, in a new array."""
         if self._observations % self._observations_per_scan == 0:
-            self._last_scan = self._scan(pose)
+            self._last_scan = self._scan(Pose(*pose.tolist()))
         self._observations += 1
         return self._last_scan.copy()
 
@@ -200,17 +197,19 @@ CONTENTS: dict[str, Callable[[Observer, Moment], NDArray[Any]]] = {
     "pose": lambda observer, moment: moment.estimate,
     "odom": lambda observer, moment: moment.odom,
     "velocity": lambda observer, moment: moment.velocity,
-    "goal": lambda observer, moment: in_robot_frame(observer.goal, moment.believed),
+    "goal": lambda observer, moment: in_robot_frame(observer.goal, moment.estimate),
     "scan": lambda observer, moment: observer.scan_or_hold(moment.true),
-    "path": lambda observer, moment: observer.ahead.ahead_of(moment.believed),
-    "costmap": lambda observer, moment: observer.window.around(moment.believed),
+    "path": lambda observer, moment: observer.ahead.ahead_of(moment.estimate),
+    "costmap": lambda observer, moment: observer.window.around(moment.estimate),
     "people": lambda observer, moment: observer.people(moment.true),
 }
 
 
-def in_robot_frame(goal: Pose, pose: Pose) -> NDArray[np.float32]:
-    """Return ``(3,)`` x, y (m) and yaw (rad) of a goal, seen from a pose."""
-    return np.array(_seen_from(*goal, *pose), dtype=np.float32)
+def in_robot_frame(goal: Pose, pose: Floats) -> NDArray[np.float32]:
+    """Return ``(3,)`` x, y (m) and yaw (rad) of a goal, seen from a pose ``(3,)``."""
+    seen = np.empty(3, dtype=np.float32)
+    see_goal(*goal, pose, seen)
+    return seen
 
 
 class PathView:
@@ -229,10 +228,10 @@ class PathView:
         self._count = window.points
         self._nearest = 0
 
-    def ahead_of(self, pose: Pose) -> NDArray[np.float32]:
-        """Return ``(2 * points,)`` x, y in the robot's frame, m; the goal repeats at the end of the path."""
+    def ahead_of(self, pose: Floats) -> NDArray[np.float32]:
+        """Return ``(2 * points,)`` x, y in the frame of a robot at ``(3,)``, m; the goal repeats at the path's end."""
         window = np.empty((self._count, 2), dtype=np.float32)
-        self._nearest = see_path(self._points, self._nearest, pose.x, pose.y, pose.yaw, window)
+        self._nearest = see_path(self._points, self._nearest, *pose.tolist(), window)
         return window.ravel()
 
 
@@ -249,11 +248,12 @@ class CostmapView:
         self._costmap = costmap
         self._costs = np.pad(costmap.costs, cells, constant_values=NO_INFORMATION)
 
-    def around(self, pose: Pose) -> NDArray[np.uint8]:
+    def around(self, pose: Floats) -> NDArray[np.uint8]:
         """Return ``(1, cells, cells)`` costs around the cell of a pose, which is at ``[0, cells // 2, cells // 2]``."""
+        x, y, _ = pose.tolist()
         rows, cols = self._costmap.costs.shape
-        row = math.floor((pose.y - self._costmap.origin_y) / self._costmap.resolution)
-        col = math.floor((pose.x - self._costmap.origin_x) / self._costmap.resolution)
+        row = math.floor((y - self._costmap.origin_y) / self._costmap.resolution)
+        col = math.floor((x - self._costmap.origin_x) / self._costmap.resolution)
         first_row = min(max(row, 0), rows - 1) + self._cells - self._cells // 2
         first_col = min(max(col, 0), cols - 1) + self._cells - self._cells // 2
         window = self._costs[first_row : first_row + self._cells, first_col : first_col + self._cells]

@@ -4,17 +4,19 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterable, Mapping
+from functools import cached_property
 from pathlib import Path
 from typing import Any, NoReturn, SupportsIndex
 
 import gymnasium
 import numpy as np
+from gymnasium import spaces
 from gymnasium.error import ResetNeeded
 from numpy.typing import ArrayLike, NDArray
 
 from gym_mapbench.env.action import action_space, to_command
 from gym_mapbench.env.config import EnvConfig
-from gym_mapbench.env.observation import Observer, observation_space
+from gym_mapbench.env.observation import Moment, Observer, observation_space
 from gym_mapbench.env.render import Snapshot, Window, draw
 from gym_mapbench.env.scenario_source import ScenarioSource
 from gym_mapbench.env.task import TOUCHED, Standing, Task
@@ -24,7 +26,7 @@ from gym_mapbench.world.contacts import stands_still
 from gym_mapbench.world.noise import Streams, Wander
 from gym_mapbench.world.proximity import Proximity
 from gym_mapbench.world.robot import RobotSpec
-from gym_mapbench.world.scenario import Pose, Scenario
+from gym_mapbench.world.scenario import Scenario
 from gym_mapbench.world.simulation import Simulation
 from gym_mapbench.world.state import Worlds
 from gym_mapbench.world.world import BODY, World
@@ -141,8 +143,6 @@ class MapBenchEnv(gymnasium.Env[Any, Any]):
         self.config = EnvConfig.build(config, **options)
         self.metadata = {**self.metadata, "render_fps": max(1, round(self.config.control_hz))}
         self.render_mode = render_mode
-        self.observation_space = observation_space(self.config)
-        self.action_space = action_space(self.config)
         self._source = ScenarioSource(self.config, scenarios)
         self._late_ticks = self.config.late_ticks
         self._prompt_ticks = self.config.ticks - self._late_ticks
@@ -150,6 +150,16 @@ class MapBenchEnv(gymnasium.Env[Any, Any]):
         self._window: Window | None = None
         self._proximity = Proximity(self.config.robot)
         self._worlds = Worlds()
+
+    @cached_property
+    def observation_space(self) -> spaces.Dict:  # type: ignore[override]
+        """Space of the observations; made when it is first asked for, as a run of a controller never does."""
+        return observation_space(self.config)
+
+    @cached_property
+    def action_space(self) -> spaces.Box:  # type: ignore[override]
+        """Space of the actions, likewise."""
+        return action_space(self.config)
 
     @property
     def robot(self) -> RobotSpec:
@@ -187,16 +197,16 @@ class MapBenchEnv(gymnasium.Env[Any, Any]):
             nearby=config.collision_ends_episode,
             worlds=self._worlds,
         )
-        self.observer = Observer(config, self.scenario, world, start, streams)
+        self.observer = Observer(config, self.scenario, world, start, streams, self._worlds.robots)
         gains = noise.actuation_v, noise.actuation_w
         self._actuation = Wander(gains, noise.actuation_time_constant, 1.0 / config.control_hz, streams.actuation)
         self._worlds.commands[0] = 0.0
-        self._trail, self._velocity = [start], (0.0, 0.0)
+        self._trail, self._velocity = [start], [0.0, 0.0]
         self.task = Task(config, self.scenario, start, self._worlds)
         if self.render_mode == "human":
             self.render()
-        pose, velocity = self.simulation.state()
-        return self.observer.observe(pose, velocity), self._info(self.task.standing(), 0, pose, velocity)
+        moment = self.observer.know()
+        return self.observer.observe(moment), self._info(self.task.standing(), 0, moment)
 
     def step(self, action: ArrayLike) -> tuple[Observation, float, bool, bool, dict[str, Any]]:
         """Drive for one control period.
@@ -212,11 +222,9 @@ class MapBenchEnv(gymnasium.Env[Any, Any]):
         if task is None or task.over:
             raise ResetNeeded("step: no episode is running; call reset first")
         touched = self._drive(*to_command(action, self.robot, self.config.action))
-        pose, velocity = self.simulation.state()
-        task.step(pose, touched)
+        now, moment = task.step(touched), self.observer.know()
         self.picture()
-        now = task.standing()
-        observation, info = self.observer.observe(pose, velocity), self._info(now, touched, pose, velocity)
+        observation, info = self.observer.observe(moment), self._info(now, touched, moment)
         return observation, now.reward, now.outcome in ("goal", "collision"), now.outcome == "timeout", info
 
     def picture(self) -> None:
@@ -272,25 +280,24 @@ class MapBenchEnv(gymnasium.Env[Any, Any]):
 
     def _drive(self, v: float, w: float) -> int:
         """Drive for one control period, at first by the previous command; return what was touched."""
-        command = self.carried_out(v, w)
+        v, w = self.carried_out(v, w)
         last = self._worlds.commands[0]
-        before_v, before_w = last.tolist()
-        touched = self.simulation.advance(before_v, before_w, self._late_ticks) if self._late_ticks else 0
-        last[:] = command
-        return self.simulation.advance(*command, self._prompt_ticks) | touched
+        last_v, last_w = last.tolist()
+        touched = self.simulation.advance(last_v, last_w, self._late_ticks) if self._late_ticks else 0
+        last[0], last[1] = v, w
+        return self.simulation.advance(v, w, self._prompt_ticks) | touched
 
-    def _info(self, now: Standing, touched: int, pose: Pose, velocity: tuple[float, float]) -> dict[str, Any]:
-        before, self._velocity = self._velocity, velocity
-        state = np.array(pose)
+    def _info(self, now: Standing, touched: int, moment: Moment) -> dict[str, Any]:
+        before, self._velocity = self._velocity, moment.true_velocity.tolist()
         return {
             "time": now.time,
             "outcome": now.outcome,
             "contact": touched > 0,
             "touched": TOUCHED[touched],
             "contact_by_body": bool(touched & BODY) and bool(stands_still(before)),
-            "pose": state,
-            "velocity": np.array(velocity),
-            "nearest_body": self._nearest_body(state),
+            "pose": moment.true,
+            "velocity": moment.true_velocity,
+            "nearest_body": self._nearest_body(moment.true),
             "reward_terms": now.terms,
         }
 

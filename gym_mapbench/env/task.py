@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import functools
 import math
-from typing import Any, Literal, NamedTuple
+from typing import Literal, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -14,7 +14,7 @@ from gym_mapbench.env.config import EnvConfig
 from gym_mapbench.kernels.caution import weighted_distance
 from gym_mapbench.kernels.distance import geodesic_distance, squared_distance, within
 from gym_mapbench.kernels.field import distance_at, fill_unreached
-from gym_mapbench.kernels.task import RULES, TASK, judge
+from gym_mapbench.kernels.task import RULES, RUNNING, TASK, judge, standing_of
 from gym_mapbench.world.robot import RobotSpec
 from gym_mapbench.world.scenario import Pose, Scenario
 from gym_mapbench.world.state import Records, Worlds, ground_of
@@ -25,8 +25,6 @@ OUTCOMES: tuple[StepOutcome, ...] = ("running", "goal", "collision", "timeout")
 TOUCHED = ("nothing", "wall", "body", "wall and body")
 """What the robot touched, in the order of the sums of :data:`~gym_mapbench.world.world.WALL` and ``BODY``."""
 REWARD_TERMS = ("progress", "time", "collision", "goal")
-FIELD = {name: index for index, name in enumerate(TASK.names or ())}
-FIRST_TERM = FIELD[REWARD_TERMS[0]]
 NO_FIELD = np.zeros((0, 0))
 
 
@@ -142,7 +140,7 @@ class Task:
         config: Limits, tolerances and weights.
         scenario: Map, start and goal.
         start: Where the robot really starts.
-        worlds: Holds the state of the episode, as its only world; None for a state of its own.
+        worlds: Holds the state of robot and episode, as its only world; None for a state of its own.
 
     Attributes:
         field: ``(rows, cols)`` distances to the goal, cells; empty where progress has no weight.
@@ -150,6 +148,7 @@ class Task:
 
     def __init__(self, config: EnvConfig, scenario: Scenario, start: Pose, worlds: Worlds | None = None) -> None:
         self._worlds = Worlds() if worlds is None else worlds
+        self._outcomes = self._worlds.tasks["outcome"]
         self._control_hz = config.control_hz
         self._rules = rules_of(config)
         self.field, distance = NO_FIELD, 0.0
@@ -163,41 +162,24 @@ class Task:
 
     def standing(self) -> Standing:
         """Return how the episode stands."""
-        record: tuple[Any, ...] = self._worlds.tasks.item(0)
-        *terms, reward = record[FIRST_TERM:]
-        outcome, time = OUTCOMES[record[FIELD["outcome"]]], record[FIELD["steps"]] / self._control_hz
-        return Standing(outcome, time, reward, dict(zip(REWARD_TERMS, terms, strict=True)))
-
-    @property
-    def outcome(self) -> StepOutcome:
-        """How the episode stands."""
-        return self.standing().outcome
+        return self._standing(*standing_of(self._worlds.tasks, 0))
 
     @property
     def over(self) -> bool:
         """Whether the episode has ended."""
-        return bool(self._worlds.tasks["outcome"][0])
+        return bool(self._outcomes.item(0) != RUNNING)
 
-    @property
-    def time(self) -> float:
-        """Simulated seconds since the start."""
-        return self.standing().time
-
-    @property
-    def reward(self) -> float:
-        """Reward of the last step."""
-        return self.standing().reward
-
-    @property
-    def terms(self) -> dict[str, float]:
-        """Terms of it."""
-        return self.standing().terms
-
-    def step(self, pose: Pose, touched: int) -> None:
-        """Judge one control step.
+    def step(self, touched: int) -> Standing:
+        """Judge one control step; return how the episode stands then.
 
         Args:
-            pose: True pose after the step.
             touched: What the robot touched during the step, 0 for nothing.
         """
-        judge(self._worlds.tasks, 0, self._rules, *pose, touched, self._worlds.grounds, self.field)
+        worlds = self._worlds
+        return self._standing(*judge(worlds.tasks, 0, self._rules, worlds.robots, touched, worlds.grounds, self.field))
+
+    def _standing(
+        self, outcome: int, steps: int, reward: float, progress: float, time: float, collision: float, goal: float
+    ) -> Standing:
+        terms = {"progress": progress, "time": time, "collision": collision, "goal": goal}
+        return Standing(OUTCOMES[outcome], steps / self._control_hz, reward, terms)

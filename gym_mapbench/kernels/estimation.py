@@ -25,40 +25,39 @@ the localisation is exact, it has corrected itself at all, and the measured velo
 
 
 @kernel
-def estimate_state(beliefs, x, y, yaw, v, w, error_x, error_y, error_yaw, error_v, error_w, known):
-    """Write the estimates of one moment; call it once a control step.
+def estimate_state(beliefs, robots, error_x, error_y, error_yaw, error_v, error_w, state):
+    """Write the state of one moment, true and as it is estimated; call it once a control step.
 
     Args:
         beliefs: ``(1,)`` BELIEF, in and out.
-        x: True position on the map, m.
-        y: The same.
-        yaw: True heading, rad.
-        v: True forward speed, m/s.
-        w: True turn rate, rad/s.
+        robots: ``(1,)`` ROBOT.
         error_x: Error that a correction of the localisation has now, m.
         error_y: The same.
         error_yaw: The same of the heading, rad.
         error_v: Error of the measured forward speed, m/s.
         error_w: Error of the measured turn rate, rad/s.
-        known: ``(8,)`` out: pose on the map, pose in the odom frame (m, m, rad), forward speed and turn rate.
+        state: ``(13,)`` out: true pose on the map (m, m, rad), true forward speed (m/s) and turn rate (rad/s), and the
+            estimates: pose on the map, pose in the odom frame, forward speed and turn rate.
     """
-    belief = beliefs[0]
+    belief, robot = beliefs[0], robots[0]
+    x, y, yaw, v, w = robot.x, robot.y, robot.yaw, robot.v, robot.w
+    state[0], state[1], state[2], state[3], state[4] = x, y, yaw, v, w
     odom_x, odom_y, odom_yaw = count_wheels(belief, x, y, yaw)
-    known[3], known[4], known[5] = odom_x, odom_y, odom_yaw
+    state[8], state[9], state[10] = odom_x, odom_y, odom_yaw
     if belief.is_exact:
-        known[0], known[1], known[2] = x, y, yaw
+        state[5], state[6], state[7] = x, y, yaw
     else:
         if not belief.is_corrected or has_moved(belief, odom_x, odom_y, odom_yaw):
             correct(belief, odom_x, odom_y, odom_yaw, x + error_x, y + error_y, wrap_angle(yaw + error_yaw))
-        known[0], known[1], known[2] = compose(
+        state[5], state[6], state[7] = compose(
             belief.frame_x, belief.frame_y, belief.frame_yaw, odom_x, odom_y, odom_yaw
         )
-    known[6], known[7] = v, w
+    state[11], state[12] = v, w
     if belief.drifts:
-        known[6], known[7] = v * (1 + belief.distance), w * (1 + belief.turn) + v * belief.veer
+        state[11], state[12] = v * (1 + belief.distance), w * (1 + belief.turn) + v * belief.veer
     if belief.jitters:
-        known[6] += error_v
-        known[7] += error_w
+        state[11] += error_v
+        state[12] += error_w
 
 
 @kernel

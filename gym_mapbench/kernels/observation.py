@@ -22,10 +22,13 @@ def see_goals(tasks, seen, poses, goals):
     for i in range(len(tasks)):
         if seen[i]:
             task = tasks[i]
-            ahead, left, turn = in_robot_frame(
-                task.goal_x, task.goal_y, task.goal_yaw, poses[i, 0], poses[i, 1], poses[i, 2]
-            )
-            goals[i, 0], goals[i, 1], goals[i, 2] = ahead, left, turn
+            see_goal(task.goal_x, task.goal_y, task.goal_yaw, poses[i], goals[i])
+
+
+@kernel
+def see_goal(goal_x, goal_y, goal_yaw, pose, seen):
+    """Write a goal ``(3,)`` m, rad, as seen from a pose ``(3,)``."""
+    seen[0], seen[1], seen[2] = in_robot_frame(goal_x, goal_y, goal_yaw, pose[0], pose[1], pose[2])
 
 
 @kernel

@@ -36,39 +36,45 @@ def judge_worlds(tasks, running, rules, robots, touched, grounds, fields):
     """Judge a control step of all worlds that are running; arguments as for :func:`judge`, fields flat."""
     for i in range(len(tasks)):
         if running[i]:
-            robot, ground = robots[i], grounds[i]
+            ground = grounds[i]
             rows, cols = (ground.rows, ground.cols) if rules[0].progress != 0.0 else (0, 0)
             field = fields[i, : rows * cols].reshape((rows, cols))
-            judge(tasks, i, rules, robot.x, robot.y, robot.yaw, touched[i], grounds, field)
+            judge(tasks, i, rules, robots, touched[i], grounds, field)
 
 
 @kernel
-def judge(tasks, i, rules, x, y, yaw, touched, grounds, field):
-    """Judge one control step of one world.
+def judge(tasks, i, rules, robots, touched, grounds, field):
+    """Judge one control step of one world; return how its episode stands, see :func:`standing_of`.
 
     Args:
         tasks: ``(n,)`` TASK, in and out.
         i: Which one.
         rules: ``(1,)`` RULES.
-        x: True position after the step, m.
-        y: The same.
-        yaw: True heading, rad.
+        robots: ``(n,)`` ROBOT after the step.
         touched: What the robot touched during the step, 0 for nothing.
         grounds: ``(n,)`` GROUND.
         field: ``(rows, cols)`` distances to the goal, cells; not read where progress has no weight.
     """
-    task, rule, ground = tasks[i], rules[0], grounds[i]
+    task, rule, robot, ground = tasks[i], rules[0], robots[i], grounds[i]
     contact = touched != 0
     task.steps += 1
-    at_goal = is_at_goal(task, rule, x, y, yaw)
+    at_goal = is_at_goal(task, rule, robot.x, robot.y, robot.yaw)
     out_of_time = task.steps >= rule.max_steps
     task.outcome = decide_outcome(contact and rule.collision_ends, at_goal and rule.goal_ends, out_of_time)
     distance = 0.0
     if rule.progress != 0.0:
-        distance = distance_at(field, ground.resolution, ground.origin_x, ground.origin_y, x, y)
+        distance = distance_at(field, ground.resolution, ground.origin_x, ground.origin_y, robot.x, robot.y)
     began = (touched & ~task.touched) != 0  # a body may come while the robot slides along a wall
     reward(task, rule, task.distance - distance, began, at_goal and not task.arrived)
     task.distance, task.touched, task.arrived = distance, touched, at_goal or task.arrived
+    return standing_of(tasks, i)
+
+
+@kernel
+def standing_of(tasks, i):
+    """Outcome, control steps, last reward, and its terms: progress, time, collision and goal."""
+    task = tasks[i]
+    return task.outcome, task.steps, task.reward, task.progress, task.time, task.collision, task.goal
 
 
 @kernel

@@ -3,11 +3,13 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, field
+from functools import cached_property
 from typing import Literal, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
+from gym_mapbench.world.clearance import measure_clearance
 from gym_mapbench.world.robot import RobotSpec
 from gym_mapbench.world.scenario import Scenario
 
@@ -73,6 +75,13 @@ class Episode:
             frozen = np.asarray(getattr(self, name)).view()
             frozen.flags.writeable = False
             object.__setattr__(self, name, frozen)
+
+    @cached_property
+    def clearances(self) -> NDArray[np.float64]:
+        """``(n + 1,)`` distance from the robot's outline to the nearest wall at every recorded pose, m."""
+        clearances = measure_clearance(self.scenario.map, self.robot, self.trajectory)
+        clearances.flags.writeable = False
+        return clearances
 
     @property
     def success(self) -> bool:

@@ -19,7 +19,6 @@ from gym_mapbench.errors import PluginError
 from gym_mapbench.metrics.episode import RECOVERY_KINDS, Episode
 from gym_mapbench.metrics.social_metrics import SOCIAL
 from gym_mapbench.registry import Registry, must_be_callable
-from gym_mapbench.world.clearance import measure_clearance
 
 Floats = NDArray[np.float64]
 BARN_MOTION = 0.1
@@ -38,12 +37,12 @@ def shortest_length(episode: Episode) -> float:
 
 def min_clearance(episode: Episode) -> float:
     """Smallest distance from the robot's outline to a wall, m (MRPB's safety); negative where a disc overlaps one."""
-    return float(_clearances(episode).min())
+    return float(episode.clearances.min())
 
 
 def mean_clearance(episode: Episode) -> float:
     """Mean over time of the distance from the robot's outline to the nearest wall, m."""
-    return float(_clearances(episode).mean())
+    return float(episode.clearances.mean())
 
 
 def curvature(episode: Episode) -> float:
@@ -192,11 +191,6 @@ def _steps(episode: Episode) -> Floats:
     """Length of every control step, m."""
     lengths: Floats = np.hypot(*np.diff(episode.trajectory[:, :2], axis=0).T)
     return lengths
-
-
-def _clearances(episode: Episode) -> Floats:
-    """Clearance at every recorded pose, m."""
-    return measure_clearance(episode.scenario.map, episode.robot, episode.trajectory[:, :3])
 
 
 def _mean_rate(episode: Episode, order: int) -> float:

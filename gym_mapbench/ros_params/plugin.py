@@ -177,7 +177,8 @@ class RosPlugin:
         Raises:
             ConfigError: If the value of a parameter is a template.
         """
-        elsewhere = {name: why for name, why in (strays or {}).items() if name not in self.parameters}
+        own = set(self.parameters)
+        elsewhere = {name: why for name, why in (strays or {}).items() if name not in own}
         keys = replace(self.keys, elsewhere={**elsewhere, **self.keys.elsewhere})
         return group.read(keys, self.parameters)
 

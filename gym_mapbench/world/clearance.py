@@ -69,6 +69,8 @@ def find_obstacle(scenario: Scenario, robot: RobotSpec, pose: Pose) -> str:
     """
     if not has_room(scenario.map, robot, pose):
         return "a wall"
+    if not scenario.bodies:
+        return ""
     for number in np.flatnonzero(_gaps_at_first(scenario, robot, pose) <= 0.0)[:1].tolist():
         return f"body {number} ({scenario.bodies[number].motion.name})"
     return ""

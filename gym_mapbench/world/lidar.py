@@ -2,8 +2,8 @@
 
 from __future__ import annotations
 
-import functools
 import math
+from functools import cached_property, lru_cache
 from typing import Annotated, Literal
 
 import numpy as np
@@ -59,7 +59,7 @@ class LidarSettings(Settings):
         """``(beams,)`` angle of every beam to the scanner's heading, rad."""
         return self.angle_min + self.beam_angle * np.arange(self.beams, dtype=np.float64)
 
-    @property
+    @cached_property
     def beam_angle(self) -> float:
         """Angle from beam to beam, rad."""
         return 2 * math.pi / self.beams if self.angle_increment is None else self.angle_increment
@@ -69,7 +69,7 @@ class LidarSettings(Settings):
         """What is reported for a beam without a reading, m."""
         return self.range_max if self.no_reading == "range_max" else 0.0
 
-    @property
+    @cached_property
     def place(self) -> Pose:
         """Pose of the scanner in the robot's frame; None counts as 0."""
         return Pose(self.x or 0.0, self.y or 0.0, self.yaw or 0.0)
@@ -118,7 +118,7 @@ class Lidar:
         return ranges
 
 
-@functools.lru_cache(maxsize=8)
+@lru_cache(maxsize=8)
 def _mounted(settings: LidarSettings, mount: LidarMount) -> LidarSettings:
     """Return the settings with values from ``mount`` in place of None; cached, as every episode needs it."""
     return settings.replace(
@@ -126,7 +126,7 @@ def _mounted(settings: LidarSettings, mount: LidarMount) -> LidarSettings:
     )
 
 
-@functools.lru_cache(maxsize=8)
+@lru_cache(maxsize=8)
 def directions(settings: LidarSettings) -> NDArray[np.float64]:
     """``(beams, 2)`` cosine and sine of every beam's angle; cached, as every episode begins with a new Lidar."""
     directions: NDArray[np.float64] = np.stack([np.cos(settings.angles), np.sin(settings.angles)], axis=1)

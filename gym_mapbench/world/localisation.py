@@ -15,6 +15,7 @@ from gym_mapbench.kernels.estimation import BELIEF, estimate_state
 from gym_mapbench.world.frames import compose, relate
 from gym_mapbench.world.noise import NoiseSettings, Streams, Wander
 from gym_mapbench.world.scenario import Pose, wrap_angle
+from gym_mapbench.world.state import Records
 
 ODOM_SHIFT = 1.0
 """Largest odom coordinate of the start in a random odom frame, m; its range, 2 m, is a whole number of usual cells."""
@@ -38,9 +39,11 @@ class StateEstimator:
         start: True pose at the start.
         period: Control period, s.
         streams: Generators of the errors.
+        robots: The robot, ``(1,)`` ROBOT.
     """
 
-    def __init__(self, noise: NoiseSettings, start: Pose, period: float, streams: Streams) -> None:
+    def __init__(self, noise: NoiseSettings, start: Pose, period: float, streams: Streams, robots: Records) -> None:
+        self._robots = robots
         spread = noise.pose_xy, noise.pose_xy, noise.pose_yaw
         self._error = Wander(spread, noise.pose_time_constant, period, streams.localisation)
         self._jitter = Wander((noise.odometry_v, noise.odometry_w), 0.0, period, streams.velocity)
@@ -51,19 +54,16 @@ class StateEstimator:
         self._set(is_exact=not (self._error.is_on or noise.drifts), jitters=self._jitter.is_on, drifts=noise.drifts)
         self._set(update_min_d=noise.update_min_d, update_min_a=noise.update_min_a)
 
-    def advance(self, pose: Pose, velocity: tuple[float, float]) -> NDArray[np.float64]:
-        """Return the estimates of a true state; call it once a control step.
-
-        Args:
-            pose: True pose on the map, m and rad.
-            velocity: True forward speed (m/s) and turn rate (rad/s).
+    def advance(self) -> NDArray[np.float64]:
+        """Return the robot's state, true and as it is estimated; call it once a control step.
 
         Returns:
-            ``(8,)`` pose on the map and pose in the odom frame (m, m, rad), measured forward speed and turn rate.
+            ``(13,)`` true pose on the map (m, m, rad), true forward speed (m/s) and turn rate (rad/s); then the
+            estimates: pose on the map, pose in the odom frame, forward speed and turn rate.
         """
-        known = np.empty(8)
-        estimate_state(self._belief, *pose, *velocity, *self._error.advance(), *self._jitter.advance(), known)
-        return known
+        state = np.empty(13)
+        estimate_state(self._belief, self._robots, *self._error.advance(), *self._jitter.advance(), state)
+        return state
 
     def _place_odom(self, noise: NoiseSettings, start: Pose, rng: np.random.Generator) -> None:
         """Place the odom frame, and let the wheels begin to count."""

@@ -8,7 +8,7 @@ when another source is switched on or off (common random numbers).
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping
+from collections.abc import Iterator, Mapping
 from typing import Annotated, Any, Literal, NamedTuple
 
 import numpy as np
@@ -258,24 +258,20 @@ class Wander:
         self._kept = math.exp(-period / time_constant) if time_constant else 0.0
         self._fresh = math.sqrt(1.0 - self._kept**2)
         self._values = rng.standard_normal(len(deviations)) if self.is_on else np.zeros(len(deviations))
-        self._errors: list[list[float]] = []
-        self._next = 0
+        self._errors = self._sample()
 
     def advance(self) -> list[float]:
         """Return the error of this moment and move on to the next."""
-        if self._next == len(self._errors):
-            self._errors, self._next = self._sample(), 0
-        self._next += 1
-        return self._errors[self._next - 1]
+        return next(self._errors)
 
-    def _sample(self) -> list[list[float]]:
-        """Return the errors of the next moments."""
+    def _sample(self) -> Iterator[list[float]]:
+        """Sample the errors of all moments, many at once."""
         errors = np.zeros((MOMENTS_AT_ONCE, len(self._values)))
-        if self.is_on:
-            normals = self._rng.standard_normal(errors.shape)
-            wander(self._values, normals, self._kept, self._fresh, self._deviations, errors)
-        sampled: list[list[float]] = errors.tolist()
-        return sampled
+        while True:
+            if self.is_on:
+                normals = self._rng.standard_normal(errors.shape)
+                wander(self._values, normals, self._kept, self._fresh, self._deviations, errors)
+            yield from errors.tolist()
 
 
 def disturb_pose(pose: Pose, xy: float, yaw: float, rng: np.random.Generator) -> Pose:

@@ -14,18 +14,31 @@ from gym_mapbench.kernels.task import decide_outcome
 from gym_mapbench.world.gridmap import GridMap
 from gym_mapbench.world.robot import RobotSpec
 from gym_mapbench.world.scenario import Pose, Scenario
+from gym_mapbench.world.state import Worlds
 from gym_mapbench.world.world import BODY, WALL
 from tests.worlds import ROOM, ROOM_GOAL, ROOM_START
 
 SMALL = RobotSpec(radius=0.05)
 SCENARIO = Scenario(GridMap.from_rows(ROOM, 0.1), Pose(*ROOM_START), Pose(*ROOM_GOAL))
+WORLDS = Worlds()
 
 
-def judged(task, pose, contact=False):
+def begin(config, scenario=SCENARIO):
+    return Task(config, scenario, scenario.start, WORLDS)
+
+
+def step(task, pose, touched=0):
+    """Judge a step that ends at a pose."""
+    for name, value in zip(("x", "y", "yaw"), pose, strict=True):
+        WORLDS.robots[name] = value
+    return task.step(touched)
+
+
+def judged(task, pose, touched=0):
     """Judge a step; return the terms of its reward."""
-    task.step(pose, contact)
-    assert task.reward == pytest.approx(sum(task.terms.values()), abs=1e-12)
-    return task.terms
+    now = step(task, pose, touched)
+    assert now.reward == pytest.approx(sum(now.terms.values()), abs=1e-12)
+    return now.terms
 
 
 def test_outcomes_by_precedence():
@@ -40,15 +53,15 @@ def test_outcomes_by_precedence():
 
 def test_reward_terms_by_hand():
     config = EnvConfig(reward={"progress": 2.0, "time": 0.1, "collision": 5.0, "goal": 7.0})
-    task = Task(config, SCENARIO, SCENARIO.start)
+    task = begin(config)
     x, y, yaw = SCENARIO.start
     assert judged(task, Pose(x + 0.3, y + 0.3, yaw)) == pytest.approx(
         {"progress": 0.6 * math.sqrt(2), "time": -0.005, "collision": 0.0, "goal": 0.0}
     )
-    assert judged(task, SCENARIO.start, contact=True) == pytest.approx(
+    assert judged(task, SCENARIO.start, touched=WALL) == pytest.approx(
         {"progress": -0.6 * math.sqrt(2), "time": -0.005, "collision": -5.0, "goal": 0.0}
     )
-    assert judged(task, SCENARIO.goal, contact=True) == pytest.approx(
+    assert judged(task, SCENARIO.goal, touched=WALL) == pytest.approx(
         {"progress": 2.8 * math.sqrt(2), "time": -0.005, "collision": 0.0, "goal": 7.0}
     )
 
@@ -57,19 +70,18 @@ def test_a_position_once_reached_stays_reached():
     x, y, yaw = SCENARIO.goal
 
     def ends(*poses):
-        task = Task(EnvConfig(), SCENARIO, SCENARIO.start)
+        task = begin(EnvConfig())
         for pose in poses:
-            task.step(pose, False)
-        return task.outcome == "goal"
+            now = step(task, pose)
+        return now.outcome == "goal"
 
     assert not ends(Pose(x + 0.3, y, yaw))
     assert not ends(Pose(x + 0.25, y, yaw - 1.0))
     assert not ends(Pose(x + 0.25, y, yaw - 1.0), Pose(x + 0.5, y, yaw - 0.26))
     assert ends(Pose(x + 0.25, y, yaw - 1.0), Pose(x + 0.5, y, yaw + 0.24))
     opposite = Scenario(SCENARIO.map, SCENARIO.start, Pose(x, y, math.pi))
-    task = Task(EnvConfig(), opposite, SCENARIO.start)
-    task.step(Pose(x, y, -math.pi + 0.24), False)
-    assert task.outcome == "goal"
+    task = begin(EnvConfig(), opposite)
+    assert step(task, Pose(x, y, -math.pi + 0.24)).outcome == "goal"
 
 
 def dijkstra(free, row, col):
@@ -136,41 +148,39 @@ def test_start_and_goal_beside_walls_stay_open():
 
 def test_progress_adds_up_to_the_distance():
     config = EnvConfig(reward={"time": 0.0})
-    task = Task(config, SCENARIO, SCENARIO.start)
+    task = begin(config)
     points = np.linspace(SCENARIO.start[:2], SCENARIO.goal[:2], 50)[1:]
     total = sum(judged(task, Pose(x, y, 0.0))["progress"] for x, y in points)
     assert total == pytest.approx(1.4 * math.sqrt(2), abs=1e-6)
 
 
 def test_a_contact_with_a_body_begins_beside_one_with_a_wall():
-    task = Task(EnvConfig(collision_ends_episode=False), SCENARIO, SCENARIO.start)
+    task = begin(EnvConfig(collision_ends_episode=False))
     touched = [WALL, WALL | BODY, BODY, WALL, 0, WALL | BODY, WALL | BODY]
     assert [judged(task, SCENARIO.start, one)["collision"] for one in touched] == [-10, -10, 0, -10, 0, -10, 0]
 
 
 def test_every_contact_and_the_goal_count_once():
     config = EnvConfig(collision_ends_episode=False, goal_ends_episode=False, reward={"progress": 0.0, "time": 0.0})
-    task = Task(config, SCENARIO, SCENARIO.start)
+    task = begin(config)
     at_start, at_goal = SCENARIO.start, SCENARIO.goal
-    contacts = [True, True, False, True, False]
+    contacts = [WALL, WALL, 0, WALL, 0]
     assert [judged(task, at_start, contact)["collision"] for contact in contacts] == [-10, 0, 0, -10, 0]
     assert [judged(task, at_goal)["goal"] for _ in range(3)] == [10, 0, 0]
-    assert task.outcome == "running"
+    assert task.standing().outcome == "running"
     assert not task.over
 
 
 def test_the_clock_runs_in_control_steps():
-    task = Task(EnvConfig(time_limit=0.15), SCENARIO, SCENARIO.start)
-    outcomes = []
-    for _ in range(3):
-        task.step(SCENARIO.start, False)
-        outcomes.append(task.outcome)
-    assert outcomes == ["running", "running", "timeout"]
-    assert task.time == pytest.approx(0.15)
+    task = begin(EnvConfig(time_limit=0.15))
+    steps = [step(task, SCENARIO.start) for _ in range(3)]
+    assert [now.outcome for now in steps] == ["running", "running", "timeout"]
+    assert task.standing() == steps[-1]
+    assert steps[-1].time == pytest.approx(0.15)
     assert task.over
 
 
 def test_without_weight_on_progress_no_field_is_computed():
-    task = Task(EnvConfig(reward={"progress": 0.0}), SCENARIO, SCENARIO.start)
+    task = begin(EnvConfig(reward={"progress": 0.0}))
     assert task.field.size == 0
     assert judged(task, SCENARIO.goal)["progress"] == 0.0
