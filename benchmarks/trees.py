@@ -42,7 +42,7 @@ HEADER = "people | controller | plans | goal, % | goal in one only | time ratio 
 def driven(args: argparse.Namespace) -> list[Row]:
     """Run everything that the table of earlier runs lacks, and return all runs; they are written after each part."""
     settings = DriveSettings.from_mapping(load_preset("people")["run"], "run")
-    scenarios = sample(args.maps, FIRST_SEED)
+    scenarios = sample(args.maps, args.first_seed)
     rows = read_runs(args.out) if args.out.exists() else []
     done = {(int(row["people"]), row["tree"]) for row in rows}
     for count in args.people:
@@ -52,7 +52,7 @@ def driven(args: argparse.Namespace) -> list[Row]:
             tree = BehaviorTree(**changes)
             own = settings.replace(navigation=settings.navigation.replace(bt=tree))
             options = {"settings": own, "seed": 29, "repeats": args.seeds, "workers": args.workers}
-            found = bench(among(scenarios, count), CONTROLLERS, **options).rows
+            found = bench(among(scenarios, count), args.controllers, **options).rows
             rows += [{**row, "people": count, "tree": name} for row in found]
             write_runs(args.out, rows, (*COLUMNS, *MEASURES))
     return [{**row, "people": int(row["people"])} for row in read_runs(args.out)]
@@ -85,6 +85,8 @@ def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("--maps", type=int, default=100, help="sampled maps (default 100)")
     parser.add_argument("--seeds", type=int, default=1, help="runs of each controller on each map (default 1)")
+    parser.add_argument("--first-seed", type=int, default=FIRST_SEED, help="seed of the first map (default 9000)")
+    parser.add_argument("--controllers", nargs="+", default=CONTROLLERS, help="controllers (default all three)")
     parser.add_argument("--people", type=int, nargs="+", default=[0, 6], help="numbers of people (default 0 and 6)")
     parser.add_argument("--workers", type=int, default=2, help="processes (default 2)")
     parser.add_argument("--out", type=Path, default=Path("trees.csv"), help="table of runs (default trees.csv)")
@@ -93,7 +95,7 @@ def main() -> None:
     print(f"| {HEADER} |")
     print("|---" * len(HEADER.split(" | ")) + "|")
     for count in args.people:
-        for controller in CONTROLLERS:
+        for controller in args.controllers:
             before = of(rows, people=count, controller=controller, tree=DEFAULT)
             for tree in TREES:
                 found = cells(of(rows, people=count, controller=controller, tree=tree), before)
