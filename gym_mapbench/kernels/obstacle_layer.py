@@ -89,6 +89,6 @@ def mark_hits(layer, resolution, origin_x, origin_y, x, y, points, min_range, ma
             continue
         row, col = cell // cols, cell % cols
         in_cells = (row - sensor_row) * (row - sensor_row) + (col - sensor_col) * (col - sensor_col)
-        if min_cells * min_cells <= in_cells < (max_cells + 1) * (max_cells + 1):
+        if min_cells <= int(math.sqrt(in_cells)) <= max_cells:
             layer[row, col] = LETHAL
             touch(box, hit_x, hit_y)
