@@ -15,7 +15,8 @@ from gym_mapbench.kernels.jit import kernel
 INSCRIBED = 253
 LETHAL = 254
 UNKNOWN = 255
-END = np.uint32(2**32 - 1)
+MIDDLE = 2**15
+UP = 2**16
 
 
 @kernel
@@ -128,39 +129,36 @@ def _list_sources(sources, first, count, origins):
 def _spread(sources, width, reach, squared):
     """Work off the lists of :func:`brushfire`, nearest first, lowering ``squared``.
 
-    An entry is a cell, and where it lies, seen from the source that it was offered. The list of level ``q`` begins at
-    entry ``heads + q``, follows ``follower`` and ends at ``last[q]``; no cell hears more than four offers. An entry is
-    out of date if its cell has since been offered a nearer source. Each offer is written as the next entry, which
-    counts if the offer is taken: a branch would be guessed wrong every other time.
+    An entry is a cell, and where it lies, seen from the source that it was offered. It is one number, as storing takes
+    most of the time: the cell in the upper half, then row and column plus ``MIDDLE`` in 16 bits each. The list of level
+    ``q`` begins at place ``heads + q``, follows ``follower`` and ends at ``last[q]``; no cell hears more than four
+    offers. An entry is out of date if its cell has since been offered a nearer source. Each offer is written as the
+    next entry, which counts if the offer is taken: a branch would be guessed wrong every other time.
     """
-    one, heads, levels = np.uint32(1), 4 * len(squared) + 1, (reach + 1) ** 2 + 1
-    cells, follower = np.empty(heads, np.uint32), np.empty(heads + levels, np.uint32)
-    rows, cols, last = np.empty(heads, np.int32), np.empty(heads, np.int32), np.empty(levels, np.uint32)
+    heads, levels = 4 * len(squared) + 1, (reach + 1) ** 2 + 1
+    entries, follower = np.empty(heads, np.int64), np.empty(heads + levels, np.uint32)
+    last, end = np.empty(levels, np.uint32), np.uint32(0)
     for q in range(levels):
-        last[q], follower[heads + q] = heads + q, END
-    end = np.uint32(0)
+        last[q] = heads + q
     for cell in sources:
-        cells[end], rows[end], cols[end], follower[end] = cell, 0, 0, END
+        entries[end] = (np.int64(cell) << 32) + MIDDLE * UP + MIDDLE
         follower[last[0]], last[0] = end, end
-        end += one
+        end += np.uint32(1)
+    one_row, one_col = (np.int64(width) << 32) + UP, (np.int64(1) << 32) + 1
     for level in range(reach * reach):  # all offers of the next level would lie beyond reach
-        entry = follower[heads + level]
-        while entry != END:
-            cell = cells[entry]
-            if squared[cell] == level:
-                row, col = np.int64(rows[entry]), np.int64(cols[entry])
+        place = np.uint32(heads + level)
+        while place != last[level]:
+            place = follower[place]
+            entry = entries[place]
+            if squared[np.uint64(entry >> 32)] == level:
+                row, col = ((entry >> 16) & 0xFFFF) - MIDDLE, (entry & 0xFFFF) - MIDDLE
                 # In the order -x, -y, +x, +y. Offers nearer than this level are none: their lists are worked off.
-                for near, next_row, next_col, outwards in (
-                    (cell - one, row, col - 1, -col),
-                    (cell - width, row - 1, col, -row),
-                    (cell + one, row, col + 1, col),
-                    (cell + width, row + 1, col, row),
-                ):
+                for step, outwards in ((-one_col, -col), (-one_row, -row), (one_col, col), (one_row, row)):
                     if outwards >= 0:
-                        offer, before = level + 2 * outwards + 1, squared[near]
-                        tail, taken = last[offer], offer < before
-                        cells[end], rows[end], cols[end], follower[end] = near, next_row, next_col, END
-                        squared[near], last[offer] = (offer, end) if taken else (before, tail)
-                        follower[tail] = end if taken else END
+                        near, offer = entry + step, level + 2 * outwards + 1
+                        cell, offered = np.uint64(near >> 32), np.uint64(offer)
+                        before, tail = squared[cell], last[offered]
+                        taken = offer < before
+                        entries[end], follower[tail] = near, end
+                        squared[cell], last[offered] = (offer, end) if taken else (before, tail)
                         end += np.uint32(taken)
-            entry = follower[entry]

@@ -7,9 +7,11 @@ from __future__ import annotations
 
 import math
 
+import numpy as np
+
 from gym_mapbench.kernels.geometry import cell_index
 from gym_mapbench.kernels.jit import kernel
-from gym_mapbench.kernels.raytrace import cells_of, touch, touch_ray
+from gym_mapbench.kernels.raytrace import cells_of, touch, touch_ray, write_line
 
 FREE = 0
 LETHAL = 254
@@ -22,7 +24,7 @@ def clear_rays(layer, resolution, origin_x, origin_y, x, y, points, min_range, m
 
     A ray that leaves the grid is cut at its border; ranges are rounded up to whole cells.
     """
-    rows, cols = layer.shape
+    (rows, cols), cells = layer.shape, layer.ravel()
     sensor = cell_index(x, y, origin_x, origin_y, resolution, rows, cols)
     if sensor < 0:
         return
@@ -32,7 +34,7 @@ def clear_rays(layer, resolution, origin_x, origin_y, x, y, points, min_range, m
         end_x, end_y = cut_ray(x, y, points[i], origin_x, origin_y, cols * resolution, rows * resolution)
         end = cell_index(end_x, end_y, origin_x, origin_y, resolution, rows, cols)
         if end >= 0:
-            clear_line(layer, sensor // cols, sensor % cols, end // cols, end % cols, min_cells, max_cells)
+            clear_line(cells, cols, sensor // cols, sensor % cols, end // cols, end % cols, min_cells, max_cells)
             touch_ray(box, x, y, end_x, end_y, min_range, max_range)
 
 
@@ -53,30 +55,17 @@ def cut_ray(x, y, point, origin_x, origin_y, width, height):
 
 
 @kernel
-def clear_line(layer, row0, col0, row1, col1, min_cells, max_cells):
+def clear_line(cells, width, row0, col0, row1, col1, min_cells, max_cells):
     """Free a Bresenham line with both ends, but not before ``min_cells`` nor beyond ``max_cells``."""
-    length = math.hypot(col1 - col0, row1 - row0)
-    if length < min_cells:
-        return
-    row, col, share = row0, col0, 1.0
-    if length > 0.0:
-        row = int(row0 + (row1 - row0) / length * min_cells)
-        col = int(col0 + (col1 - col0) / length * min_cells)
-        share = min(1.0, max_cells / length)
-    d_row, d_col = abs(row1 - row), abs(col1 - col)
-    step_row, step_col = 1 if row1 > row else -1, 1 if col1 > col else -1
-    longest = max(d_row, d_col)
-    row_error = col_error = longest // 2
-    for _ in range(int(share * longest) + 1):
-        layer[row, col] = FREE
-        row_error += d_row
-        col_error += d_col
-        if row_error >= longest:
-            row += step_row
-            row_error -= longest
-        if col_error >= longest:
-            col += step_col
-            col_error -= longest
+    d_row, d_col, row, col, share = row1 - row0, col1 - col0, row0, col0, 1.0
+    if min_cells > 0 or d_row * d_row + d_col * d_col > max_cells * max_cells:
+        length = math.hypot(d_col, d_row)
+        if length < min_cells:
+            return
+        if length > 0.0:
+            row, col = int(row0 + d_row / length * min_cells), int(col0 + d_col / length * min_cells)
+            share = min(1.0, max_cells / length)
+    write_line(cells, width, row, col, row1, col1, share, np.uint8(FREE))
 
 
 @kernel
@@ -90,6 +79,7 @@ def mark_hits(layer, resolution, origin_x, origin_y, x, y, points, min_range, ma
     sensor = cell_index(x, y, origin_x, origin_y, resolution, rows, cols)
     if sensor < 0:
         return
+    sensor_row, sensor_col = sensor // cols, sensor % cols
     min_cells, max_cells = cells_of(min_range, resolution), cells_of(max_range, resolution)
     for i in range(len(points)):
         hit_x, hit_y = float(points[i, 0]), float(points[i, 1])
@@ -97,6 +87,8 @@ def mark_hits(layer, resolution, origin_x, origin_y, x, y, points, min_range, ma
         squared = (hit_x - x) * (hit_x - x) + (hit_y - y) * (hit_y - y)
         if cell < 0 or (in_meters and not min_range * min_range <= squared <= max_range * max_range):
             continue
-        if min_cells <= int(math.hypot(cell % cols - sensor % cols, cell // cols - sensor // cols)) <= max_cells:
-            layer[cell // cols, cell % cols] = LETHAL
+        row, col = cell // cols, cell % cols
+        in_cells = (row - sensor_row) * (row - sensor_row) + (col - sensor_col) * (col - sensor_col)
+        if min_cells <= int(math.sqrt(in_cells)) <= max_cells:
+            layer[row, col] = LETHAL
             touch(box, hit_x, hit_y)

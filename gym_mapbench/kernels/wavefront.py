@@ -15,16 +15,18 @@ from gym_mapbench.kernels.jit import kernel
 COST_NEUTRAL = 50
 COST_OBS = 254
 POT_HIGH = np.float32(1e10)
-LIST_CELLS = 10_000  # cells beyond are lost, as in Nav2
+LIST_CELLS = 10_000
+MOST_LISTED = 4  # by one cell
 THRESHOLD_INCREMENT = np.float32(100)
 NEIGHBOUR_SHARE = 0.707106781
 NEVER = np.float32(np.inf)
+NEVER_BITS = NEVER.view(np.uint32)
 HALF = np.float32(0.5)
 ONE = np.float32(1)
 
 
 @kernel
-def spread(costmap, cost_of, start, goal, use_astar, fused):
+def spread(costmap, cost_of, start, goal, use_astar, fused, list_cells):
     """Potentials ``(rows, cols)`` float32 around ``start``; POT_HIGH where the wave had not been when it met ``goal``.
 
     Args:
@@ -34,40 +36,30 @@ def spread(costmap, cost_of, start, goal, use_astar, fused):
         goal: Cell at which to stop.
         use_astar: Whether cells nearer to the goal come first.
         fused: Whether a product and a sum are rounded once; see :func:`add_product`.
+        list_cells: How many cells a list holds; those beyond are lost.
     """
     rows, width = costmap.shape
     costs = _framed_costs(costmap, cost_of, start)
     gain = _least_gains(costs)
     potential = np.full(len(costs), POT_HIGH)
     potential[start] = 0
-    current, following, over = np.empty((3, LIST_CELLS), np.uint32)
-    count, waiting = _push_first(gain, width, start, current), np.int64(0)
+    room = list_cells + MOST_LISTED
+    lists, current, following, over = np.empty(3 * room, np.uint32), np.int64(0), room, 2 * room
+    end, end_over = _push_first(gain, width, start, lists), over
     threshold = np.float32(COST_OBS)
     if use_astar:
         threshold += _straight_cost(start, goal, width)
     for _ in range(max(len(costs) // 20, width + rows)):
-        if count == 0:
+        if end == current:
             break
-        _release(current[:count], costs, gain)
-        count, waiting = _update(
-            current[:count],
-            following,
-            over,
-            waiting,
-            costs,
-            gain,
-            np.uint32(width),
-            potential,
-            threshold,
-            goal,
-            use_astar,
-            fused,
-        )
-        current, following = following, current
-        if count == 0:
+        end_next, end_over = _update_list(
+            lists, current, end, following, over, end_over, list_cells,
+            costs, gain, np.uint32(width), potential, threshold, goal, use_astar, fused,
+        )  # fmt: skip
+        current, end, following = following, end_next, current
+        if end == current:
             threshold += THRESHOLD_INCREMENT
-            current, over = over, current
-            count, waiting = waiting, np.int64(0)
+            current, end, over, end_over = over, end_over, current, current
         if potential[goal] < POT_HIGH:
             break
     return potential.reshape(rows, width)
@@ -77,12 +69,19 @@ def spread(costmap, cost_of, start, goal, use_astar, fused):
 def _framed_costs(costmap, cost_of, start):
     """NavFn's costs ``(cells,)`` uint8, the start free and the map's whole border an obstacle."""
     rows, width = costmap.shape
-    costs = np.full(rows * width, np.uint8(COST_OBS))
+    costs = np.full((rows, width), np.uint8(COST_OBS))
     for row in range(1, rows - 1):
-        for col in range(1, width - 1):
-            cell = row * width + col
-            costs[cell] = COST_NEUTRAL if cell == start else cost_of[costmap[row, col]]
-    return costs
+        _look_up(costmap[row, 1 : width - 1], cost_of, costs[row, 1 : width - 1])
+    row, col = start // width, start % width
+    if 0 < row < rows - 1 and 0 < col < width - 1:
+        costs[row, col] = COST_NEUTRAL
+    return costs.ravel()
+
+
+@kernel
+def _look_up(values, cost_of, costs):
+    for i in range(len(values)):
+        costs[i] = cost_of[values[i]]
 
 
 @kernel
@@ -107,35 +106,72 @@ def _push_first(gain, width, start, current):
 
 
 @kernel
-def _release(current, costs, gain):
-    """Let cells that are about to be updated be listed again: while listed, no gain is enough."""
-    for cell in current:
+def _update_list(
+    lists, first, end, following, over, end_over, list_cells,
+    costs, gain, width, potential, threshold, goal, use_astar, fused,
+):  # fmt: skip
+    """Update a whole list, as many cells at a time as surely fit what they list; return where the two others end."""
+    _release(lists, first, end, costs, gain)
+    full_next, full_over, end_next = following + list_cells, over + list_cells, following
+    while first < end:
+        fits = min(full_next - end_next, full_over - end_over) // MOST_LISTED
+        last = min(end, first + max(1, fits))
+        end_next, end_over = _update(
+            lists, first, last, end_next, end_over, costs, gain, width, potential, threshold, goal, use_astar, fused
+        )
+        end_next = _lose(lists, full_next, end_next, costs, gain)
+        end_over = _lose(lists, full_over, end_over, costs, gain)
+        first = last
+    return end_next, end_over
+
+
+@kernel
+def _release(lists, first, end, costs, gain):
+    """Let listed cells be listed again: while a cell is listed, no gain is enough."""
+    for place in range(np.uint64(first), np.uint64(end)):
+        cell = lists[place]
         gain[cell] = np.float32(NEIGHBOUR_SHARE * costs[cell])
 
 
 @kernel
-def _update(current, following, over, waiting, costs, gain, width, potential, threshold, goal, use_astar, fused):
-    """Update the cells of ``current`` in place and list the neighbours that may gain; return both lists' lengths."""
-    count, one = 0, np.uint32(1)  # unsigned indices, for numba would otherwise check for negative ones
-    for cell in current:
+def _lose(lists, full, end, costs, gain):
+    """Take cells beyond the end of a full list off it, as they are lost in Nav2, too; return where the list ends."""
+    if end > full:
+        _release(lists, full, end, costs, gain)
+    return min(full, end)
+
+
+@kernel
+def _update(
+    lists, first, last, end_next, end_over, costs, gain, width, potential, threshold, goal, use_astar, fused
+):  # fmt: skip
+    """Update listed cells in place and list the neighbours that may gain; return where the two other lists end.
+
+    A branch on what a cell finds would be guessed wrong too often. A neighbour that does not gain is therefore written
+    behind the end of a list. Indices are unsigned, for numba would otherwise check for negative ones.
+    """
+    one, bits = np.uint32(1), gain.view(np.uint32)
+    end_next, end_over = np.uint64(end_next), np.uint64(end_over)
+    for place in range(np.uint64(first), np.uint64(last)):
+        cell = lists[place]
         left, right = potential[cell - one], potential[cell + one]
         down, up = potential[cell - width], potential[cell + width]
+        before = potential[cell]
         value = cell_potential(min(left, right), min(down, up), np.float32(costs[cell]), fused)
-        if value >= potential[cell]:
-            continue
-        potential[cell] = value
+        potential[cell] = min(value, before)
+        value = value if value < before else NEVER
         if use_astar:
             value += _straight_cost(cell, goal, width)
-        for near in (cell - one, cell + one, cell - width, cell + width):
-            if potential[near] > value + gain[near]:
-                if value < threshold:
-                    if count < LIST_CELLS:
-                        following[count], gain[near] = near, NEVER
-                        count += 1
-                elif waiting < LIST_CELLS:
-                    over[waiting], gain[near] = near, NEVER
-                    waiting += 1
-    return count, waiting
+        soon = value < threshold
+        end = end_next if soon else end_over
+        for near, other in ((cell - one, left), (cell + one, right), (cell - width, down), (cell + width, up)):
+            gains = np.uint32(other > value + gain[near])
+            lists[end] = near
+            bits[near] |= gains * NEVER_BITS
+            end += np.uint64(gains)
+        end_next = end if soon else end_next
+        end_over = end_over if soon else end
+    return np.int64(end_next), np.int64(end_over)
 
 
 @kernel
@@ -155,10 +191,9 @@ def cell_potential(across, along, cost, fused):
     """Potential of a cell from the lower neighbour of each axis and its own cost, all float32."""
     difference = abs(across - along)
     low = min(across, along)
-    if difference >= cost:
-        return low + cost
     q = difference / cost
-    return add_product(low, cost, np.float32(-0.2301 * q * q + 0.5307 * q + 0.7040), fused)
+    share = np.float32(-0.2301 * q * q + 0.5307 * q + 0.7040)
+    return add_product(low, cost, share if difference < cost else ONE, fused)
 
 
 @kernel

@@ -19,7 +19,7 @@ from pydantic import model_validator
 
 from gym_mapbench.costmap import INSCRIBED_INFLATED_OBSTACLE, LETHAL_OBSTACLE, NO_INFORMATION, Costmap
 from gym_mapbench.errors import ConfigError, EndpointError
-from gym_mapbench.kernels.wavefront import COST_NEUTRAL, COST_OBS, POT_HIGH, descend, spread
+from gym_mapbench.kernels.wavefront import COST_NEUTRAL, COST_OBS, LIST_CELLS, POT_HIGH, descend, spread
 from gym_mapbench.planners.base import Path, PlannerEntry, cells_of, no_path, refuse_obstacle, set_last_yaw, stay
 from gym_mapbench.quantities import Count, NonNegative
 from gym_mapbench.releases import Release
@@ -153,7 +153,7 @@ class NavfnPlanner:
         last, costs, shape = self._last, costmap.costs.tobytes(), costmap.costs.shape
         if (last.start, last.goal, last.costs, last.potential.shape) != (start, goal, costs, shape):
             cost_of, ends = navfn_costs(self.params.allow_unknown), (_flat(start, shape[1]), _flat(goal, shape[1]))
-            last.potential = spread(costmap.costs, cost_of, *ends, self.params.use_astar, self._fused)
+            last.potential = spread(costmap.costs, cost_of, *ends, self.params.use_astar, self._fused, LIST_CELLS)
             last.start, last.goal, last.costs = start, goal, costs
         return last.potential
 

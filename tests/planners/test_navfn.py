@@ -12,7 +12,7 @@ from hypothesis.extra import numpy as hnp
 
 from gym_mapbench.costmap import Costmap
 from gym_mapbench.errors import EndpointError, NoPathError
-from gym_mapbench.kernels.wavefront import cell_potential
+from gym_mapbench.kernels.wavefront import LIST_CELLS, cell_potential, spread
 from gym_mapbench.planners.navfn import NavfnParams, NavfnPlanner, navfn_cell, navfn_costs
 from gym_mapbench.world.scenario import Pose
 
@@ -35,7 +35,7 @@ COSTS = hnp.arrays(
 class PlainNavfn:
     """NavFn's wave, written as the reference tells it, counting cycles and cell updates."""
 
-    def __init__(self, costs, start, goal, allow_unknown=True, use_astar=False):
+    def __init__(self, costs, start, goal, allow_unknown=True, use_astar=False, list_cells=LIST_CELLS):
         self.cost = [[self.cell_cost(int(c), allow_unknown) for c in row] for row in costs]
         self.cost[start[0]][start[1]] = 50
         self.rows, self.cols = len(costs), len(costs[0])
@@ -43,7 +43,7 @@ class PlainNavfn:
             for col in range(self.cols):
                 if row in (0, self.rows - 1) or col in (0, self.cols - 1):
                     self.cost[row][col] = 254
-        self.goal, self.use_astar = goal, use_astar
+        self.goal, self.use_astar, self.list_cells = goal, use_astar, list_cells
         self.potential = np.full((self.rows, self.cols), POT_HIGH)
         self.potential[start] = 0
         self.pending, self.lists = set(), {"cur": [], "next": [], "over": []}
@@ -64,7 +64,8 @@ class PlainNavfn:
 
     def push(self, name, cell):
         inside = 0 <= cell[0] < self.rows and 0 <= cell[1] < self.cols
-        if inside and cell not in self.pending and self.cost[cell[0]][cell[1]] < 254:
+        fits = len(self.lists[name]) < self.list_cells
+        if inside and fits and cell not in self.pending and self.cost[cell[0]][cell[1]] < 254:
             self.pending.add(cell)
             self.lists[name].append(cell)
 
@@ -165,6 +166,21 @@ def test_wave_equals_its_plain_twin(costs, data, allow_unknown, use_astar):
     potential = planner.potential(cells_as_metres(costs), Pose(start[1], start[0]), Pose(goal[1], goal[0]))
     expected = PlainNavfn(costs.tolist(), start, goal, allow_unknown, use_astar).potential
     assert np.array_equal(np.where(np.isinf(potential), POT_HIGH, potential), expected)
+
+
+@pytest.mark.parametrize("list_cells", [4, 6, 9])
+def test_cells_beyond_a_full_list_are_lost(list_cells):
+    rng, start, goal, losses = np.random.default_rng(4), (6, 7), (1, 1), 0
+    for use_astar in (False, True) * 5:
+        costs = rng.choice([0, 40, 252, 254], (12, 14), p=[0.4, 0.3, 0.2, 0.1]).astype(np.uint8)
+        ends = start[0] * 14 + start[1], goal[0] * 14 + goal[1]
+        potential, whole = (
+            spread(costs, navfn_costs(True), *ends, use_astar, False, most) for most in (list_cells, LIST_CELLS)
+        )
+        twin = PlainNavfn(costs.tolist(), start, goal, use_astar=use_astar, list_cells=list_cells)
+        assert np.array_equal(potential, twin.potential)
+        losses += not np.array_equal(potential, whole)
+    assert losses
 
 
 def test_an_unreachable_goal_is_approached_within_the_tolerance():
