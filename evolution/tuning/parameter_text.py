@@ -40,10 +40,7 @@ class ParameterText:
 
     def write(self, path: Path, values: Values) -> None:
         """Write the text with some values replaced, and the behaviour tree beside it."""
-        self._write_beside(path, self.with_values(values))
-
-    def _write_beside(self, path: Path, text: str) -> None:
-        write_text(path, text)
+        write_text(path, self.with_values(values))
         if self.tree is not None:
             name, xml = self.tree
             write_text(path.parent / name, xml)
@@ -57,8 +54,9 @@ class ParameterText:
         changed = write_values(self.text, self.controller, values, self.known)
         with TemporaryDirectory(dir=temporary_directory()) as folder:
             path = Path(folder) / "nav2_params.yaml"
-            self._write_beside(path, changed)
-            found = values_of(self.file.replace(params=str(path), only=self.controller).load(), self.controller)
+            write_text(path, changed)
+            file = self.file.replace(params=str(path), only=self.controller)
+            found = values_of(file.load(Path(self.file.params).parent), self.controller)
         for name, value in values.items():
             if found.get(name) != value:
                 got = f"{name}: expected {value!r} after the change, got {found.get(name)!r}"
