@@ -60,6 +60,8 @@ def read_tree(xml: str, release: Release) -> TreeNode:
     """
     root = _parse(xml)
     trees = {tree.get("ID", ""): tree for tree in root.findall("BehaviorTree")}
+    if len(trees) < len(root.findall("BehaviorTree")):
+        raise ConfigError(f"BehaviorTree: expected a different ID for each, got {sorted(trees)}")
     main = root.get("main_tree_to_execute")
     if main is None and len(trees) > 1:
         raise ConfigError(f"main_tree_to_execute: expected one of {sorted(trees)}, got none")

@@ -120,6 +120,11 @@ def test_selectors_name_the_plugins_of_variables():
         ),
         (xml_of(f'<Sequence _skipIf="true">{DRIVE}</Sequence>'), "jazzy", "unknown port '_skipIf'"),
         (xml_of("<Inverter>" * 2000 + DRIVE + "</Inverter>" * 2000), "humble", "at most 10000 nodes, 100 deep"),
+        (
+            xml_of(DRIVE).replace("</root>", f'<BehaviorTree ID="Main">{DRIVE}</BehaviorTree></root>'),
+            "humble",
+            "expected a different ID for each",
+        ),
         (subtrees(40), "humble", "at most 10000 nodes, 100 deep"),
         (xml_of(f"<RetryUntilSuccessful>{DRIVE}</RetryUntilSuccessful>"), "humble", "or -1 for no end, got none"),
         (xml_of(f'<Repeat num_cycles="0">{DRIVE}</Repeat>'), "humble", "whole number above 0, or -1 for no end, got 0"),
