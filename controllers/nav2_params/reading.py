@@ -25,6 +25,7 @@ def read_nav2_params(
     only: str | None = None,
     anyone: bool = False,
     collision_monitor: bool = True,
+    folder: str | Path | None = None,
 ) -> Nav2Params:
     """Read a ``nav2_params.yaml``.
 
@@ -44,6 +45,7 @@ def read_nav2_params(
         only: The controller that is to drive, by its name or kind, for a file whose own is not built here.
         anyone: Whether to accept a file whose own controller is not built here.
         collision_monitor: False leaves the collision monitor out although the file configures it.
+        folder: To which the names of other files in it are relative: a behaviour tree, masks; None for its own.
 
     Raises:
         ConfigError: If the file cannot be read, a value is wrong, a template has no value, the file's own controller
@@ -52,6 +54,8 @@ def read_nav2_params(
     document = Document(None)
     try:
         document = read_document(path, defines)
+        if folder is not None:
+            document = replace(document, folder=Path(folder))
         known = release or recognise(all_nodes(document.values)).release
         read = parse_nav2_params(document, load_preset(preset or preset_of(known)), release)
         if not anyone or only is not None:

@@ -14,6 +14,9 @@ from typing import ClassVar, NamedTuple
 
 from controllers.navigator.rate import TIME_RESOLUTION
 
+MOST_ROUNDS = 100
+"""How often a loop goes round within one tick; then it goes on in the next tick, where Nav2 would hang."""
+
 
 class Status(Enum):
     """State of a node; IDLE before its first tick and after a halt."""
@@ -157,17 +160,27 @@ class SequenceWithMemory(Sequence):
 
 
 class Reactive(Control):
-    """Ticks its children from the first one on at every tick, as long as they end with ``goes_on``."""
+    """Ticks its children from the first one on at every tick, as long as they end with ``goes_on``.
+
+    Args:
+        *children: The children.
+        halts_later: Whether a RUNNING child stops those after it, too (since Jazzy), not only those before it.
+    """
 
     goes_on: ClassVar[Status]
+
+    def __init__(self, *children: Node, halts_later: bool = False) -> None:
+        super().__init__(*children)
+        self._halts_later = halts_later
 
     def tick(self) -> Status:
         """Tick the children from the first one on."""
         for index, child in enumerate(self.children):
             status = child.execute_tick()
             if status is Status.RUNNING:
-                for earlier in self.children[:index]:
-                    earlier.stop()
+                later = self.children[index + 1 :] if self._halts_later else ()
+                for other in (*self.children[:index], *later):
+                    other.stop()
                 return status
             if status is not self.goes_on:
                 self.halt()
@@ -204,7 +217,7 @@ class RecoveryNode(Control):
     def tick(self) -> Status:
         """Alternate between the two children until one is RUNNING or the node ends."""
         child, recovery = self.children
-        while True:
+        for _ in range(2 * MOST_ROUNDS):
             active = recovery if self._recovering else child
             status = active.execute_tick()
             if status is Status.RUNNING:
@@ -215,10 +228,12 @@ class RecoveryNode(Control):
             active.stop()
             self.retry_count += self._recovering
             self._recovering = not self._recovering
+        return Status.RUNNING
 
     def rest(self) -> Rest | None:
-        """Rest as the first child does."""
-        return None if self._recovering else self.children[0].rest()
+        """Rest as the first child does, if it is RUNNING."""
+        child, _ = self.children
+        return child.rest() if child.status is Status.RUNNING else None
 
     def _ends_with(self, status: Status) -> bool:
         """Whether this result of the active child ends the node; otherwise it is the other child's turn."""

@@ -10,8 +10,8 @@ from collections import deque
 from collections.abc import Callable
 
 from controllers.base import Twist
-from controllers.navigator.behavior_tree import Control, Node, Status
-from controllers.navigator.rate import TIME_RESOLUTION
+from controllers.navigator.behavior_tree import MOST_ROUNDS, Control, Node, Status
+from controllers.navigator.rate import TIME_RESOLUTION, Clock
 from gym_mapbench.world.scenario import Pose
 
 SMOOTHED = 0.3
@@ -47,18 +47,22 @@ class Again(Control):
     Args:
         child: The child.
         after: The result after which the child is ticked again; it is the node's own after the last time.
-        times: Number of times.
+        times: Number of times; -1 for no end.
+        clock: What is woken when the node is RUNNING between two times, which it is since Jazzy if the child ended in
+            its first tick; None for a node that ticks the child again itself.
     """
 
-    def __init__(self, child: Node, after: Status, times: int) -> None:
+    def __init__(self, child: Node, after: Status, times: int, clock: Clock | None = None) -> None:
         super().__init__(child)
-        self._after, self._times = after, times
+        self._after, self._times = after, times if times >= 0 else math.inf
+        self._clock = clock
         self._count = 0
 
     def tick(self) -> Status:
         """Tick the child until it is RUNNING or the node ends."""
         (child,) = self.children
-        while self._count < self._times:
+        for _ in range(MOST_ROUNDS):
+            first = child.status is Status.IDLE
             status = child.execute_tick()
             if status is Status.RUNNING:
                 return status
@@ -67,8 +71,13 @@ class Again(Control):
                 self._count = 0
                 return status
             self._count += 1
-        self._count = 0
-        return self._after
+            if self._count >= self._times:
+                self._count = 0
+                return status
+            if self._clock is not None and first:
+                self._clock.is_woken = True
+                break
+        return Status.RUNNING
 
     def halt(self) -> None:
         """Stop the child and count from 0."""

@@ -6,7 +6,6 @@ geometry_utils.hpp.
 
 from __future__ import annotations
 
-import math
 from collections.abc import Callable
 from typing import Any
 
@@ -46,7 +45,7 @@ class TruncatePathLocal(Question):
     Args:
         path: Returns the path.
         write: Takes the part; it is the same object as long as it is the same part of the same path.
-        forward: Length of path after the nearest pose, m; all of it if negative.
+        forward: Length of path after the nearest pose, m.
         backward: Length of path before the nearest pose, m.
         nearest: Finds the nearest pose.
     """
@@ -60,7 +59,7 @@ class TruncatePathLocal(Question):
         nearest: NearestPose,
     ) -> None:
         self._path, self._write, self._nearest = path, write, nearest
-        self._forward, self._backward = forward if forward >= 0.0 else math.inf, backward
+        self._forward, self._backward = forward, backward
         self._cut: tuple[Any, int, int] = (None, 0, 0)
 
     def tick(self) -> Status:

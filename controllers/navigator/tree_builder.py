@@ -40,7 +40,7 @@ from controllers.navigator.navigate_to_pose import (
 from controllers.navigator.path_keeper import NearestPose
 from controllers.navigator.path_nodes import IsGoalNearby, TruncatePathLocal
 from controllers.tree_xml import TreeNode, cleared_costmap, named_layers, read_tree
-from controllers.tree_xml.nodes import SELECTORS
+from controllers.tree_xml.nodes import RETRIES, SELECTORS
 
 GOAL_REACHED_TOLERANCE = 0.25
 """Distance from the goal up to which ``GoalReached`` succeeds, m: the default of Nav2's ``goal_reached_tol``."""
@@ -71,6 +71,15 @@ class _Builder:
     def build(self, read: TreeNode) -> Node:
         """Build a node and all below it."""
         return MAKERS[read.name](self, read.ports, [self.build(child) for child in read.children])
+
+    @property
+    def is_version_4(self) -> bool:
+        """Whether the nodes are those of BehaviorTree.CPP 4."""
+        return self.params.release != "humble"
+
+    def again(self, child: Node, after: Status, times: int) -> Node:
+        """Make a decorator that ticks its child again after one result."""
+        return decorators.Again(child, after, times, self.board.clock if self.is_version_4 else None)
 
     def path(self, ports: Ports) -> Callable[[], Any]:
         """Return what returns the path of a port."""
@@ -119,14 +128,17 @@ class _Builder:
         return self.servers.is_path_valid(self.board.path_named(ports["path"]))
 
     def nearest_pose(self, ports: Ports) -> NearestPose:
-        """Make what finds the nearest pose of a path; a negative distance to search is that of the whole path."""
-        search = ports["max_robot_pose_search_dist"]
-        weight = ports.get("angular_distance_weight", 0.0)
-        return NearestPose(self.servers.robot, search if search >= 0.0 else math.inf, weight)
+        """Make what finds the nearest pose of a path."""
+        search = self.length(ports["max_robot_pose_search_dist"])
+        return NearestPose(self.servers.robot, search, ports.get("angular_distance_weight", 0.0))
+
+    def length(self, given: float) -> float:
+        """Return a length of path; a negative one is the whole path in Lyrical, and ends at once before."""
+        return given if given >= 0.0 else math.inf if self.params.release == "lyrical" else 0.0
 
     def truncate(self, ports: Ports) -> Node:
         """Make a leaf that cuts a path."""
-        lengths = ports["distance_forward"], ports["distance_backward"]
+        lengths = self.length(ports["distance_forward"]), ports["distance_backward"]
         path, write = (
             partial(self.board.path_named, ports["input_path"]),
             partial(self.board.write, ports["output_path"]),
@@ -153,9 +165,9 @@ MAKERS: dict[str, Callable[[_Builder, Ports, list[Node]], Node]] = {
     "Sequence": lambda b, p, c: Sequence(*c),
     "SequenceStar": lambda b, p, c: SequenceWithMemory(*c),
     "SequenceWithMemory": lambda b, p, c: SequenceWithMemory(*c),
-    "ReactiveSequence": lambda b, p, c: ReactiveSequence(*c),
+    "ReactiveSequence": lambda b, p, c: ReactiveSequence(*c, halts_later=b.is_version_4),
     "Fallback": lambda b, p, c: Fallback(*c),
-    "ReactiveFallback": lambda b, p, c: ReactiveFallback(*c),
+    "ReactiveFallback": lambda b, p, c: ReactiveFallback(*c, halts_later=b.is_version_4),
     "PipelineSequence": lambda b, p, c: PipelineSequence(*c),
     "RoundRobin": lambda b, p, c: RoundRobin(*c, wrap_around=b.params.release != "lyrical" or p["wrap_around"]),
     "RecoveryNode": lambda b, p, c: RecoveryNode(p["number_of_retries"], *c),
@@ -163,8 +175,8 @@ MAKERS: dict[str, Callable[[_Builder, Ports, list[Node]], Node]] = {
     "ForceSuccess": _says(SUCCESS, SUCCESS),
     "ForceFailure": _says(FAILURE, FAILURE),
     "KeepRunningUntilFailure": _says(RUNNING, FAILURE),
-    "RetryUntilSuccessful": lambda b, p, c: decorators.Again(c[0], FAILURE, p["num_attempts"]),
-    "Repeat": lambda b, p, c: decorators.Again(c[0], SUCCESS, p["num_cycles"]),
+    **{name: lambda b, p, c: b.again(c[0], FAILURE, p["num_attempts"]) for name in RETRIES},
+    "Repeat": lambda b, p, c: b.again(c[0], SUCCESS, p["num_cycles"]),
     "GoalUpdater": lambda b, p, c: c[0],
     "SingleTrigger": lambda b, p, c: decorators.SingleTrigger(c[0]),
     "RateController": lambda b, p, c: RateController(p["hz"], b.board.clock, c[0]),
@@ -174,6 +186,8 @@ MAKERS: dict[str, Callable[[_Builder, Ports, list[Node]], Node]] = {
     "SpeedController": lambda b, p, c: b.speed_controller(p, c[0]),
     "AlwaysSuccess": lambda b, p, c: Condition(always),
     "AlwaysFailure": lambda b, p, c: Condition(never),
+    "IsBatteryLow": lambda b, p, c: Condition(never),
+    "IsBatteryCharging": lambda b, p, c: Condition(never),
     "GoalUpdated": lambda b, p, c: Condition(never),
     "GlobalUpdatedGoal": lambda b, p, c: GlobalUpdatedGoal(),
     "GoalReached": lambda b, p, c: Condition(b.is_goal_reached),

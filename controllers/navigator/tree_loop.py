@@ -7,7 +7,7 @@ from __future__ import annotations
 
 from collections.abc import Callable
 
-from controllers.navigator.behavior_tree import Node, Rest, Status
+from controllers.navigator.behavior_tree import MOST_ROUNDS, Node, Rest, Status
 from controllers.navigator.rate import TIME_RESOLUTION, Clock, Rate
 from controllers.releases import Release
 
@@ -64,7 +64,9 @@ class TreeLoop:
 
     def _tick_tree(self) -> None:
         self.status = self._tree.execute_tick()
-        while self._ticks_again and self.status is Status.RUNNING and self._clock.is_woken:
+        for _ in range(MOST_ROUNDS):
+            if not (self._ticks_again and self.status is Status.RUNNING and self._clock.is_woken):
+                break
             self._clock.is_woken = False
             self.status = self._tree.execute_tick()
         self._rest = self._tree.rest() if self.status is Status.RUNNING else None

@@ -13,7 +13,10 @@ from controllers.releases import RELEASES, Release
 
 
 class Number(NamedTuple):
-    """A port with a number: its default, which a whole number makes a port of whole numbers, and its least value."""
+    """A port with a number: its default, which a whole number makes a port of whole numbers, and its least value.
+
+    Numbers are finite unless the default is infinite.
+    """
 
     default: float
     least: float = -math.inf
@@ -23,6 +26,10 @@ class Above(NamedTuple):
     """A port with a number above 0, and its default."""
 
     default: float
+
+
+class Times(NamedTuple):
+    """A port with a whole number above 0, or -1 for no end; it has to be given."""
 
 
 class Switch(NamedTuple):
@@ -43,7 +50,7 @@ class Name(NamedTuple):
     default: str = ""
 
 
-Port = Number | Above | Switch | Variable | Name
+Port = Number | Above | Times | Switch | Variable | Name
 
 
 class NodeType(NamedTuple):
@@ -94,6 +101,9 @@ SELECTORS = {
 }
 """Nodes that put a plugin's name on the blackboard -> of what; nobody publishes another one than their default."""
 
+RETRIES = ("RetryUntilSuccessful", "RetryUntilSuccesful")
+"""Names of the node that retries; BehaviorTree.CPP 3.8 knows its misspelt one, too."""
+
 NODES: dict[str, NodeType] = {
     "Sequence": NodeType(SOME),
     "SequenceStar": NodeType(SOME, releases=("humble",)),
@@ -108,8 +118,9 @@ NODES: dict[str, NodeType] = {
     "ForceSuccess": NodeType(ONE),
     "ForceFailure": NodeType(ONE),
     "KeepRunningUntilFailure": NodeType(ONE),
-    "RetryUntilSuccessful": NodeType(ONE, {"num_attempts": Number(1, 1)}),
-    "Repeat": NodeType(ONE, {"num_cycles": Number(1, 1)}),
+    RETRIES[0]: NodeType(ONE, {"num_attempts": Times()}),
+    RETRIES[1]: NodeType(ONE, {"num_attempts": Times()}, ("humble",)),
+    "Repeat": NodeType(ONE, {"num_cycles": Times()}),
     "GoalUpdater": NodeType(ONE, {"input_goal": Variable("goal"), "output_goal": Variable()}),
     "SingleTrigger": NodeType(ONE),
     "RateController": NodeType(ONE, {"hz": Above(10.0)}),
@@ -125,6 +136,8 @@ NODES: dict[str, NodeType] = {
     ),
     "AlwaysSuccess": NodeType(),
     "AlwaysFailure": NodeType(),
+    "IsBatteryLow": NodeType(0, {"min_battery": Number(0.0), "battery_topic": Name(), "is_voltage": Switch(False)}),
+    "IsBatteryCharging": NodeType(0, {"battery_topic": Name()}),
     "GoalUpdated": NodeType(),
     "GlobalUpdatedGoal": NodeType(),
     "GoalReached": NodeType(0, {"goal": Variable("goal")}),
@@ -134,7 +147,7 @@ NODES: dict[str, NodeType] = {
     "ValidatePath": NodeType(0, {"path": PATH}, ("lyrical",)),
     "IsGoalNearby": NodeType(
         0,
-        {"path": PATH, "proximity_threshold": Number(1.0), "max_robot_pose_search_dist": Number(-1.0)},
+        {"path": PATH, "proximity_threshold": Number(1.0), "max_robot_pose_search_dist": Number(math.inf)},
         ("lyrical",),
     ),
     "TruncatePathLocal": NodeType(
@@ -145,7 +158,7 @@ NODES: dict[str, NodeType] = {
             "distance_forward": Number(8.0),
             "distance_backward": Number(4.0, 0),
             "angular_distance_weight": Number(0.0, 0),
-            "max_robot_pose_search_dist": Number(-1.0),
+            "max_robot_pose_search_dist": Number(math.inf),
         },
     ),
     "PathExpiringTimer": NodeType(0, {"path": PATH, "seconds": Number(1.0, 0)}),
@@ -195,6 +208,8 @@ NEWER_PORTS: dict[str, tuple[Release, ...]] = {
 WITHOUT_EFFECT = frozenset(
     {
         "ID",
+        "_description",
+        "_uid",
         "error_msg",
         "global_frame",
         "name",

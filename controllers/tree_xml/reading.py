@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+import re
 from collections.abc import Mapping
 from dataclasses import dataclass, field
 from functools import lru_cache
@@ -23,6 +24,7 @@ from controllers.tree_xml.nodes import (
     Number,
     Port,
     Switch,
+    Times,
     TreeNode,
     Variable,
 )
@@ -36,6 +38,8 @@ SHARED = ("__shared_blackboard", "__autoremap", "_autoremap")
 SWITCHES = {"true": True, "1": True, "false": False, "0": False}
 GOAL = "goal"
 WRITTEN_PATHS = {"ComputePathToPose": "path", "TruncatePathLocal": "output_path"}
+DEEPEST, MOST_NODES = 100, 10_000
+"""Largest depth and largest number of nodes of a tree, with those of its subtrees at each place."""
 CLEAR = "ClearEntireCostmap"
 COSTMAPS = ("local_costmap", "global_costmap")
 
@@ -56,6 +60,8 @@ def read_tree(xml: str, release: Release) -> TreeNode:
     """
     root = _parse(xml)
     trees = {tree.get("ID", ""): tree for tree in root.findall("BehaviorTree")}
+    if len(trees) < len(root.findall("BehaviorTree")):
+        raise ConfigError(f"BehaviorTree: expected a different ID for each, got {sorted(trees)}")
     main = root.get("main_tree_to_execute")
     if main is None and len(trees) > 1:
         raise ConfigError(f"main_tree_to_execute: expected one of {sorted(trees)}, got none")
@@ -153,7 +159,7 @@ class _Reader:
 
     def __init__(self, trees: Mapping[str, Element], release: Release) -> None:
         self._trees, self._release = trees, release
-        self._subtrees = 0
+        self._subtrees = self._nodes = self._depth = 0
 
     def tree(self, name: str, scope: _Scope) -> TreeNode:
         """Read the tree of an ID."""
@@ -165,9 +171,16 @@ class _Reader:
         return self._node(inside[0], scope)
 
     def _node(self, element: Element, scope: _Scope) -> TreeNode:
+        self._depth += 1
+        self._nodes += 1
+        if self._depth > DEEPEST or self._nodes > MOST_NODES:
+            raise ConfigError(f"expected at most {MOST_NODES} nodes, {DEEPEST} deep, got more")
         name = element.get("ID", "") if element.tag in COMPACT else element.tag
-        if name in SUBTREES:
-            return self._subtree(element, scope)
+        node = self._subtree(element, scope) if name in SUBTREES else self._known_node(name, element, scope)
+        self._depth -= 1
+        return node
+
+    def _known_node(self, name: str, element: Element, scope: _Scope) -> TreeNode:
         known = [other for other, node_type in NODES.items() if self._release in node_type.releases]
         if name not in known:
             raise unknown_name("node", name, known)
@@ -209,6 +222,8 @@ def _value(key: str, port: Port, text: str | None, scope: _Scope) -> Any:
     if isinstance(port, Variable):
         name = key if text == "{=}" else _variable(text)
         return scope.variable(name or port.default) if name or port.default else ""
+    if isinstance(port, Times):
+        return _times(text)
     if text is None:
         return port.default
     if isinstance(port, Name):
@@ -229,6 +244,13 @@ def _variable(text: str | None) -> str | None:
     return text[1:-1]
 
 
+def _times(text: str | None) -> int:
+    """Return a number of times, -1 for no end."""
+    if text is None or not re.fullmatch(r"-1|\+?0*[1-9]\d{0,9}", text.strip()):
+        raise ConfigError(f"expected a whole number above 0, or -1 for no end, got {text or 'none'}")
+    return int(text)
+
+
 def _number(port: Number | Above, text: str) -> float:
     """Return the number in a text, a whole one if the port's default is."""
     of = int if isinstance(port.default, int) else float
@@ -238,7 +260,7 @@ def _number(port: Number | Above, text: str) -> float:
         raise ConfigError(f"expected a {'whole ' if of is int else ''}number, got {text!r}") from None
     if isinstance(port, Above) and not 0.0 < value < math.inf:
         raise ConfigError(f"expected a number above 0, got {text}")
-    if isinstance(port, Number) and not port.least <= value < math.inf:
+    if isinstance(port, Number) and not (port.least <= value < math.inf or value == port.default):
         raise ConfigError(f"expected {port.least:g} or more, got {text}")
     return value
 

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping
+from pathlib import Path
 from typing import Any, Self
 
 from pydantic import Field, field_validator, model_validator
@@ -40,13 +41,18 @@ class ParameterFile(Settings):
     define: dict[str, str] = Field(default_factory=dict)
     only: str | None = None
 
-    def load(self) -> NavigationParams:
+    def load(self, folder: Path | None = None) -> NavigationParams:
         """Read the file.
+
+        Args:
+            folder: To which the names of other files in it are relative; None for its own.
 
         Raises:
             ConfigError: If the file cannot be used.
         """
-        return read_nav2_params(self.params, release=self.nav2, defines=self.define, only=self.only).navigation
+        return read_nav2_params(
+            self.params, release=self.nav2, defines=self.define, only=self.only, folder=folder
+        ).navigation
 
 
 class DriveSettings(Settings):

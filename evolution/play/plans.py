@@ -13,7 +13,7 @@ from dataclasses import dataclass, field
 from functools import cache, cached_property, lru_cache
 from pathlib import Path
 from tempfile import TemporaryDirectory
-from typing import Any
+from typing import Any, NamedTuple
 
 import yaml
 
@@ -135,7 +135,7 @@ def settings_of(world: WorldSettings, given: Given, text: str | None = None) -> 
     if text is None:
         settings = settings.replace(navigation=_checked_preset(world.preset, given))
     else:
-        settings = with_parameters(settings, _read(text, *_reading(world, given)))
+        settings = with_parameters(settings, _read(text, _reading(world, given)))
     refuse_unknown("noise level", world.noise, NOISES.names())
     settings = settings.replace(environment=settings.environment.replace(noise=world.noise))
     robot = _robot(world, settings.robot, text)
@@ -204,7 +204,7 @@ def _changed_text(spec: ControllerSpec, variant: Variant, world: WorldSettings, 
     """Return the parameter file of a variant: everything but the changed values stays, comments included."""
     values = {**world.shared, **variant.parameters}
     own = base_text(world, given)
-    known = known_values(_read(own, *_reading(world, given)).navigation, spec)
+    known = known_values(_read(own, _reading(world, given)).navigation, spec)
     for key, value in values.items():
         refuse_unknown("parameter", key, known)
         if isinstance(known[key], list):
@@ -235,21 +235,39 @@ def _checked_preset(name: str, given: Given) -> str:
     return name
 
 
-def _reading(world: WorldSettings, given: Given) -> tuple[Release, tuple[tuple[str, str], ...], str | None]:
-    """Return the release of a parameter file, the values of its placeholders, and its controller."""
+class Reading(NamedTuple):
+    """How the text of a parameter file is read.
+
+    Args:
+        release: Its release.
+        defines: The values of its placeholders.
+        only: Its controller.
+        folder: To which the names of other files in it are relative.
+    """
+
+    release: Release
+    defines: tuple[tuple[str, str], ...] = ()
+    only: str | None = None
+    folder: str | None = None
+
+
+def _reading(world: WorldSettings, given: Given) -> Reading:
+    """Return how the text of the parameter file or of a preset is read."""
     if world.preset != FILE or given.file is None or given.release is None:
-        return load_preset(world.preset).release, (), None
-    return given.release, tuple(given.file.define.items()), given.file.only
+        return Reading(load_preset(world.preset).release)
+    file = given.file
+    return Reading(given.release, tuple(file.define.items()), file.only, str(Path(file.params).parent))
 
 
 @lru_cache(maxsize=64)
-def _read(text: str, release: Release, defines: tuple[tuple[str, str], ...], only: str | None) -> Nav2Params:
+def _read(text: str, how: Reading) -> Nav2Params:
     """Read the text of a parameter file."""
+    release, defines, only, beside = how
     with TemporaryDirectory(dir=temporary_directory()) as folder:
         path = Path(folder) / "nav2_params.yaml"
         write_text(path, text)
         try:
-            return read_nav2_params(str(path), release=release, defines=dict(defines), only=only, anyone=True)
+            return read_nav2_params(path, release=release, defines=dict(defines), only=only, anyone=True, folder=beside)
         except MapBenchError as error:
             raise ConfigError(str(error).replace(f"{path}: ", "")) from None
 
@@ -290,7 +308,7 @@ def _arguments(group: Sequence[PlannedVariant], session: Session, given: Given) 
     yield from ("mapbench", "bench", f"{session.scene.name}.yaml", "--controllers", ",".join(controllers))
     yield from ("--params", first.source)
     if first.text is not None:
-        release, defines, only = _reading(world, given)
+        release, defines, only, _ = _reading(world, given)
         yield from ("--nav2", release)
         yield from (word for name, value in defines for word in ("--define", f"{name}={value}"))
         yield from ("--only", only) if only else ()

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from dataclasses import dataclass
 from pathlib import Path
 from tempfile import TemporaryDirectory
@@ -9,12 +10,14 @@ from tempfile import TemporaryDirectory
 import yaml
 
 from controllers.nav2_params import Nav2Params, write_nav2_params
+from controllers.nav2_params.tree_file import TREE_FILE
 from controllers.nav2_params.values import Values, values_of, write_values
 from evolution.driving import DriveSettings, ParameterFile
 from evolution.files import temporary_directory, write_text
 from evolution.tuning.space import SearchSpace
 from gym_mapbench.errors import ConfigError
 from gym_mapbench.files.documents import read_document_text
+from gym_mapbench.ros_params import leaves
 
 
 @dataclass(frozen=True)
@@ -26,12 +29,21 @@ class ParameterText:
         controller: Name of the tuned controller in the file.
         file: How the file is read.
         known: The controller's and the costmaps' values in it by name, which have the types of their parameters.
+        tree: Name and text of the file's own behaviour tree, which is found beside it; None if it has none.
     """
 
     text: str
     controller: str
     file: ParameterFile
     known: Values
+    tree: tuple[str, str] | None = None
+
+    def write(self, path: Path, values: Values) -> None:
+        """Write the text with some values replaced, and the behaviour tree beside it."""
+        write_text(path, self.with_values(values))
+        if self.tree is not None:
+            name, xml = self.tree
+            write_text(path.parent / name, xml)
 
     def with_values(self, values: Values) -> str:
         """Return the text with some values replaced.
@@ -43,7 +55,8 @@ class ParameterText:
         with TemporaryDirectory(dir=temporary_directory()) as folder:
             path = Path(folder) / "nav2_params.yaml"
             write_text(path, changed)
-            found = values_of(self.file.replace(params=str(path), only=self.controller).load(), self.controller)
+            file = self.file.replace(params=str(path), only=self.controller)
+            found = values_of(file.load(Path(self.file.params).parent), self.controller)
         for name, value in values.items():
             if found.get(name) != value:
                 got = f"{name}: expected {value!r} after the change, got {found.get(name)!r}"
@@ -70,7 +83,16 @@ def text_of_file(file: ParameterFile, read: Nav2Params, controller: str) -> Para
     if named is None:
         own = ", ".join(read.own_controllers) or "none"
         raise ConfigError(f"{file.params}: expected a file that configures the controller {controller}, got {own}")
-    return ParameterText(read_document_text(file.params), named, file, values_of(read.navigation, named))
+    return ParameterText(
+        read_document_text(file.params), named, file, values_of(read.navigation, named), _tree_of(read)
+    )
+
+
+def _tree_of(read: Nav2Params) -> tuple[str, str] | None:
+    """Return name and text of a file's own behaviour tree."""
+    xml = read.navigation.bt.xml
+    keys = leaves(read.document.values) if xml and isinstance(read.document.values, Mapping) else ()
+    return next(((Path(str(value)).name, xml) for key, value in keys if key.endswith(TREE_FILE)), None)
 
 
 def text_of_settings(settings: DriveSettings, controller: str) -> ParameterText:

@@ -4,7 +4,7 @@
 
     tuning.json         options, search space, world and maps, and the versions it was begun with
     results.sqlite      every run, as it ends
-    nav2_params.yaml    the user's file with the tuned values
+    nav2_params.yaml    the user's file with the tuned values; its own behaviour tree is beside it
     summary.json        verdict, changed parameters, trials, finalists, importances, and the runs on the test maps
     trials.csv          one line per trial
     test.json           the test maps

@@ -217,11 +217,11 @@ def _options(document: Mapping[str, Any]) -> object:
 
 def _write(outcome: _Outcome, text: ParameterText, path: Path) -> None:
     """Write all files; the summary is the last, since it marks a finished tuning."""
-    write_text(path / PARAMS, text.with_values(outcome.changed(outcome.winner.values)))
+    text.write(path / PARAMS, outcome.changed(outcome.winner.values))
     if len(outcome.plan.settings.objectives) > 1:
         make_directory(path / FRONT)
         for one in outcome.front:
-            write_text(path / FRONT / f"trial_{one.number}.yaml", text.with_values(outcome.changed(one.values)))
+            text.write(path / FRONT / f"trial_{one.number}.yaml", outcome.changed(one.values))
     write_map_set(group_scenarios(outcome.plan.test), path / TEST_MAPS)
     if outcome.evolved:
         write_map_set(group_scenarios(outcome.evolved), path / EVOLVED_MAPS)

@@ -12,7 +12,7 @@ LEAVES = {"planner_id": "ComputePathToPose", "controller_id": "FollowPath"}
 
 
 def tree_with_plugins(xml: str, tree_id: str, plugins: Mapping[str, str]) -> str:
-    """Return a tree whose leaves name other plugins; comments are lost.
+    """Return a tree whose leaves name other plugins; comments and unused includes are lost.
 
     Args:
         xml: The tree, which has been read before.
@@ -22,6 +22,8 @@ def tree_with_plugins(xml: str, tree_id: str, plugins: Mapping[str, str]) -> str
     """
     root: Element = fromstring(xml, forbid_dtd=True)
     trees = root.findall("BehaviorTree")
+    for file in root.findall("include"):
+        root.remove(file)
     main = root.get("main_tree_to_execute", trees[0].get("ID", ""))
     names = {tree.get("ID", ""): f"{tree_id}_{tree.get('ID', '')}" for tree in trees} | {main: tree_id}
     root.set("main_tree_to_execute", tree_id)
@@ -29,7 +31,7 @@ def tree_with_plugins(xml: str, tree_id: str, plugins: Mapping[str, str]) -> str
         tree.set("ID", names[tree.get("ID", "")])
         for node in tree.iter():
             if node.tag.startswith("SubTree"):
-                node.set("ID", names[node.get("ID", "")])
+                node.set("ID", names.get(node.get("ID", ""), node.get("ID", "")))
             given = [port for port in plugins if port in node.attrib]
             wanted = [port for port, leaf in LEAVES.items() if leaf in (node.tag, node.get("ID"))]
             node.attrib |= {port: plugins[port] for port in (*given, *wanted)}

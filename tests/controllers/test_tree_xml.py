@@ -28,6 +28,23 @@ def test_ports_that_are_not_given_have_nav2s_defaults():
     assert (backup.ports["backup_dist"], backup.ports["backup_speed"], wait.ports["wait_duration"]) == (0.15, 0.025, 1)
 
 
+def test_a_retry_without_end_and_an_infinite_distance_are_read():
+    cut = '<TruncatePathLocal output_path="{part}" max_robot_pose_search_dist="inf"/>'
+    retry = f'<RetryUntilSuccesful num_attempts="-1"><Sequence>{PLAN}{cut}{FOLLOW}</Sequence></RetryUntilSuccesful>'
+    read = read_tree(xml_of(retry), "humble")
+    assert read.ports["num_attempts"] == -1
+    assert read.children[0].children[1].ports["max_robot_pose_search_dist"] == float("inf")
+
+
+def subtrees(depth: int) -> str:
+    """Return a file in which each tree has the next one twice."""
+    trees = [
+        f'<BehaviorTree ID="{i}"><Sequence>{f"""<SubTree ID="{i + 1}"/>""" * 2}</Sequence></BehaviorTree>'
+        for i in range(depth)
+    ]
+    return f'<root main_tree_to_execute="0">{"".join(trees)}<BehaviorTree ID="{depth}">{DRIVE}</BehaviorTree></root>'
+
+
 def test_compact_elements_are_the_same_nodes():
     compact = '<Control ID="Sequence"><Action ID="Wait" wait_duration="2"/>' + PLAN + FOLLOW + "</Control>"
     assert names(xml_of(compact)) == ["Sequence", "Wait", "ComputePathToPose", "FollowPath"]
@@ -102,6 +119,15 @@ def test_selectors_name_the_plugins_of_variables():
             "min_rate: expected less than max_rate",
         ),
         (xml_of(f'<Sequence _skipIf="true">{DRIVE}</Sequence>'), "jazzy", "unknown port '_skipIf'"),
+        (xml_of("<Inverter>" * 2000 + DRIVE + "</Inverter>" * 2000), "humble", "at most 10000 nodes, 100 deep"),
+        (
+            xml_of(DRIVE).replace("</root>", f'<BehaviorTree ID="Main">{DRIVE}</BehaviorTree></root>'),
+            "humble",
+            "expected a different ID for each",
+        ),
+        (subtrees(40), "humble", "at most 10000 nodes, 100 deep"),
+        (xml_of(f"<RetryUntilSuccessful>{DRIVE}</RetryUntilSuccessful>"), "humble", "or -1 for no end, got none"),
+        (xml_of(f'<Repeat num_cycles="0">{DRIVE}</Repeat>'), "humble", "whole number above 0, or -1 for no end, got 0"),
         (xml_of('<SubTree ID="Main"/>'), "humble", "SubTree Main: expected a tree without itself"),
     ],
 )

@@ -16,6 +16,7 @@ from gym_mapbench.mapio import load_scenarios
 from gym_mapbench.mapio.gazebo import export_gazebo, map_files
 from gym_mapbench.mapio.gazebo_navigation import BundledNavigation
 from gym_mapbench.mapio.gazebo_robot import RobotModel
+from gym_mapbench.mapio.gazebo_trees import tree_with_plugins
 from gym_mapbench.world.gridmap import GridMap
 from gym_mapbench.world.lidar import LidarSettings
 from gym_mapbench.world.robot import LidarMount, RobotSpec, make_robot
@@ -155,6 +156,15 @@ def test_no_two_trees_have_the_same_id(exported):
     roots = [ElementTree.parse(file).getroot() for file in sorted((exported[1] / "behavior_trees").iterdir())]
     names = [root.find("BehaviorTree").get("ID") for root in roots]
     assert names == [root.get("main_tree_to_execute") for root in roots] == ["MapBench_dwb", "MapBench_mppi"]
+
+
+def test_trees_that_nothing_uses_are_exported_as_they_are():
+    used = '<BehaviorTree ID="Main"><FollowPath/></BehaviorTree>'
+    unused = '<include path="gone.xml"/><BehaviorTree ID="Spare"><SubTree ID="Gone"/></BehaviorTree>'
+    xml = f'<root main_tree_to_execute="Main">{used}{unused}</root>'
+    root = ElementTree.fromstring(tree_with_plugins(xml, "Mine", {"planner_id": "Grid", "controller_id": "Slow"}))
+    assert [tree.get("ID") for tree in root] == ["Mine", "Mine_Spare"]
+    assert root.find(".//SubTree").get("ID") == "Gone"
 
 
 def tree_of(**changes):

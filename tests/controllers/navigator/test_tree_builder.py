@@ -13,6 +13,7 @@ from controllers.navigator.path_keeper import NearestPose
 from controllers.navigator.path_nodes import IsGoalNearby, TruncatePathLocal
 from controllers.navigator.rate import Clock
 from controllers.navigator.tree_builder import MAKERS
+from controllers.navigator.tree_loop import TreeLoop
 from controllers.releases import RELEASES
 from controllers.tree_xml import NODES
 from gym_mapbench.world.scenario import Pose
@@ -142,6 +143,47 @@ class TestTreesOfUsers:
         assert (navigator.status, navigator.number_recoveries) == ("succeeded", 0)
         assert replans(navigator)[0] > 0.5
 
+    @pytest.mark.parametrize("release", RELEASES)
+    @pytest.mark.parametrize(
+        "loop",
+        [
+            '<Repeat num_cycles="-1"><AlwaysSuccess/></Repeat>',
+            '<RetryUntilSuccessful num_attempts="-1"><AlwaysFailure/></RetryUntilSuccessful>',
+            '<RecoveryNode number_of_retries="2000000000"><AlwaysFailure/><AlwaysSuccess/></RecoveryNode>',
+        ],
+    )
+    def test_a_loop_that_lets_no_time_pass_goes_on_in_the_next_tick(self, release, loop):
+        navigator = run_of(xml_of(f"<Sequence>{loop}{PLAN}{FOLLOW}</Sequence>"), release, steps=3)
+        assert (navigator.status, navigator.events) == ("running", [])
+
+    @pytest.mark.parametrize("latency", ["ideal", "nav2"])
+    def test_a_planner_that_always_fails_is_retried_until_the_run_ends(self, latency):
+        drive = f"<Sequence>{PLAN}{FOLLOW}</Sequence><AlwaysSuccess/>"
+        tree = xml_of(f'<RecoveryNode number_of_retries="999999">{drive}</RecoveryNode>')
+        navigator = run_of(tree, grid=walled_off(), steps=2, latency=latency)
+        assert navigator.status == "running"
+
+    def test_since_jazzy_what_stands_before_a_retry_is_asked_again(self):
+        retry = '<RetryUntilSuccessful num_attempts="2"><AlwaysFailure/></RetryUntilSuccessful>'
+        clear = '<ClearEntireCostmap service_name="local_costmap/clear_entirely_local_costmap"/>'
+        tree = xml_of(
+            f"<Sequence><ReactiveFallback><Inverter>{clear}</Inverter>{retry}</ReactiveFallback>{DRIVE}</Sequence>"
+        )
+        clears = [len(run_of(tree, release, steps=2).events) for release in RELEASES]
+        assert clears == [1, 2, 2]
+
+    def test_a_negative_length_of_path_is_all_of_it_in_lyrical_alone(self):
+        cut = (
+            '<TruncatePathLocal input_path="{path}" output_path="{part}" distance_forward="-1" distance_backward="0"/>'
+        )
+        tree = xml_of(f"<Sequence>{PLAN}{cut}{FOLLOW.replace('{path}', '{part}')}</Sequence>")
+        lengths = []
+        for release in RELEASES:
+            run_of(tree, release, follower=(follower := Remembering()), steps=3)
+            lengths.append(len(follower.paths[0]))
+        assert lengths[:2] == [1, 1]
+        assert lengths[2] > 50
+
     def test_recoveries_have_the_numbers_of_the_tree(self):
         tree = xml_of(
             f'<RecoveryNode number_of_retries="2"><Sequence>{PLAN}{FOLLOW}</Sequence>'
@@ -151,6 +193,35 @@ class TestTreesOfUsers:
         waits = [event.time for event in navigator.events if event.kind == "wait"]
         assert len(waits) == 2
         assert 1.5 <= waits[1] - waits[0] < 2.5
+
+
+DRIVE = f"{PLAN}{FOLLOW}"
+RATE, DISTANCE = f'<RateController hz="1.0">{PLAN}</RateController>', f"<DistanceController>{PLAN}</DistanceController>"
+
+
+@pytest.mark.parametrize("latency", ["ideal", "nav2"])
+@pytest.mark.parametrize("release", RELEASES)
+@pytest.mark.parametrize(
+    "inside",
+    [
+        f'{RATE}<Inverter><TimeExpired seconds="2.3"/></Inverter>{FOLLOW}',
+        f'{RATE}{FOLLOW}<TimeExpired seconds="1.3"/>',
+        f"{RATE}{DISTANCE}{FOLLOW}",
+        f'{RATE}<RecoveryNode><Sequence><Wait wait_duration="0.7"/>{FOLLOW}</Sequence><Wait/></RecoveryNode>',
+        f'{RATE}<RecoveryNode number_of_retries="150">{FOLLOW}<AlwaysSuccess/></RecoveryNode>',
+        f"<RecoveryNode>{RATE}<Wait/></RecoveryNode><ReactiveSequence><GoalReached/>{FOLLOW}</ReactiveSequence>",
+        f"<KeepRunningUntilFailure>{RATE}</KeepRunningUntilFailure>{FOLLOW}",
+    ],
+)
+def test_a_tree_that_rests_does_what_it_does_when_every_tick_reaches_it(monkeypatch, inside, release, latency):
+    def run() -> Navigator:
+        tree = xml_of(f"<PipelineSequence>{inside}</PipelineSequence>")
+        return run_of(tree, release, follower=PlainFollower(failing_at_times), steps=120, latency=latency)
+
+    rested = run()
+    monkeypatch.setattr(TreeLoop, "_rests", lambda loop: False)
+    ticked = run()
+    assert (rested.events, rested.status, rested.follower.log) == (ticked.events, ticked.status, ticked.follower.log)
 
 
 class TestDecorators:
@@ -224,6 +295,12 @@ class TestConditions:
         child = Scripted(R)
         assert ticks(Reactive(Condition(lambda: next(answers)), child), 3) == [R, R, F]
         assert child.halts == 1
+
+    def test_since_jazzy_a_running_child_halts_those_after_it(self):
+        for halts_later, halts in ((False, 0), (True, 1)):
+            later = Scripted(R, R)
+            assert ticks(Reactive(Scripted(S, R), later, halts_later=halts_later), 2) == [R, R]
+            assert later.halts == halts
 
     def test_a_sequence_with_memory_goes_on_with_the_child_that_failed(self):
         first, second = Scripted(S), Scripted(F, S)

@@ -16,6 +16,7 @@ from evolution.play.messages.requests import AskParameters, Session
 from evolution.play.plans import FILE, Given, changed_file, command_lines, parameter_files, planned
 from evolution.search import controllers_from
 from gym_mapbench.errors import ConfigError
+from tests.controllers.trees import FOLLOW, PLAN, xml_of
 
 CHANGES = {"dwb": {"PathAlign.scale": 20.0}, "mppi": {"temperature": 0.4}, "rpp": {"lookahead_dist": 0.9}}
 SHARED = {"local_costmap.inflation_layer.inflation_radius": 0.7, "global_costmap.inflation_layer.inflation_radius": 0.6}
@@ -102,6 +103,18 @@ def test_the_command_does_the_same_runs_with_a_file(settings, of_file, session, 
         {"name": "far", "controller": "FollowPath", "parameters": {"lookahead_dist": 1.1}},
     ]
     check_commands(session_of(session, {"preset": FILE, **settings}, variants), of_file, tmp_path)
+
+
+def test_a_file_keeps_its_own_behaviour_tree(session, tmp_path):
+    """The tree's path is relative to the file."""
+    path, tree = tmp_path / "robot.yaml", xml_of(f"<Sequence>{PLAN}{FOLLOW}</Sequence>")
+    path.write_text(f"bt_navigator: {{ros__parameters: {{default_nav_to_pose_bt_xml: mine.xml}}}}\n{USERS_FILE}")
+    (tmp_path / "mine.xml").write_text(tree)
+    given = Given(controllers_from(["FollowPath"]), ParameterFile(params=str(path), nav2="humble"))
+    for parameters in ({}, {"lookahead_dist": 1.1}):
+        variant = {"name": "a", "controller": "FollowPath", "parameters": parameters}
+        (one,) = planned(session_of(session, {"preset": FILE}, [variant]), given)
+        assert one.plan.settings.navigation.bt.xml == tree
 
 
 def test_a_file_may_have_controllers_that_are_not_built_here(session, tmp_path):
