@@ -5,7 +5,7 @@ Source: nav2_behaviors (Humble and Jazzy) timed_behavior.hpp; nav2_costmap_2d co
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Iterable
 
 from controllers.base import STOP, Twist
 from controllers.nav2_params.navigation import BehaviorServer as BehaviorServerParams
@@ -89,11 +89,15 @@ class BehaviorServer:
         command = behavior.next_command(pose)
         if command is None:
             return None
-        costmap = self._costmap()
-        if costmap is None or not all(self._is_free(at, costmap) for at in behavior.poses_ahead(pose, command)):
+        if behavior.checks_collisions and self._is_blocked(behavior.poses_ahead(pose, command)):
             return FAILED
         self._publish(command)
         return None
+
+    def _is_blocked(self, poses: Iterable[Pose]) -> bool:
+        """Whether the robot touches something at one of some poses; it does as long as there is no costmap."""
+        costmap = self._costmap()
+        return costmap is None or not all(self._is_free(pose, costmap) for pose in poses)
 
     def _is_free(self, pose: Pose, costmap: Costmap) -> bool:
         """Whether the outline at ``pose`` touches neither an obstacle nor unknown space, and stays on the map."""

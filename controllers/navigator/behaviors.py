@@ -29,9 +29,11 @@ class Behavior(ABC):
 
     Attributes:
         moves: Whether the behaviour commands the robot; it then also stops it at its end.
+        checks_collisions: Whether a command is published only if the poses ahead are free.
     """
 
     moves = True
+    checks_collisions = True
 
     def __init__(self, time_allowance: float = 0.0) -> None:
         self.time_allowance = time_allowance

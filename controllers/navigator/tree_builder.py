@@ -98,23 +98,29 @@ class _Builder:
         """Make a leaf that clears a costmap."""
         return ClearEntireCostmap(self.board, self.servers.clear, cleared_costmap(ports), named_layers(ports))
 
-    def recovery(self, kind: str, make: Callable[[], Behavior], *, is_recovery: bool = True) -> Node:
+    def recovery(self, kind: str, make: Callable[[], Behavior], ports: Ports) -> Node:
         """Make a leaf that runs a behaviour; one that does not exist fails."""
         if kind not in self.servers.behaviors:
             return Condition(never)
-        server = self.servers.behaviors[kind]
-        return RunBehavior(self.board, kind, make, server, self.latency, is_recovery=is_recovery)
+
+        def made() -> Behavior:
+            behavior = make()
+            behavior.checks_collisions = not ports.get("disable_collision_checks", False)
+            return behavior
+
+        server, is_recovery = self.servers.behaviors[kind], ports.get("is_recovery", True)
+        return RunBehavior(self.board, kind, made, server, self.latency, is_recovery=is_recovery)
 
     def spin(self, ports: Ports) -> Node:
         """Make a leaf that turns the robot."""
         make = partial(Spin, ports["spin_dist"], self.params.behavior_server, ports["time_allowance"])
-        return self.recovery("spin", make, is_recovery=ports["is_recovery"])
+        return self.recovery("spin", make, ports)
 
     def back_up(self, ports: Ports) -> Node:
         """Make a leaf that backs up."""
         server = self.params.behavior_server
         make = partial(BackUp, ports["backup_dist"], ports["backup_speed"], server, ports["time_allowance"])
-        return self.recovery("backup", make, is_recovery=ports["is_recovery"])
+        return self.recovery("backup", make, ports)
 
     def speed_controller(self, ports: Ports, child: Node) -> Node:
         """Make a decorator that follows the robot's speed."""
@@ -210,7 +216,7 @@ MAKERS: dict[str, Callable[[_Builder, Ports, list[Node]], Node]] = {
     "FollowPath": lambda b, p, c: b.follow(p),
     "ClearEntireCostmap": lambda b, p, c: b.clear(p),
     "Spin": lambda b, p, c: b.spin(p),
-    "Wait": lambda b, p, c: b.recovery("wait", partial(Wait, p["wait_duration"])),
+    "Wait": lambda b, p, c: b.recovery("wait", partial(Wait, p["wait_duration"]), p),
     "BackUp": lambda b, p, c: b.back_up(p),
     **{name: lambda b, p, c: Condition(always) for name in SELECTORS},
 }

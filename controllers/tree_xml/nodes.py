@@ -90,6 +90,12 @@ class TreeNode(NamedTuple):
 SOME, ONE, TWO = -1, 1, 2
 SINCE_JAZZY: tuple[Release, ...] = ("jazzy", "lyrical")
 PATH = Variable("path")
+RECOVERY: dict[str, Port] = {
+    "time_allowance": Number(10.0, 0),
+    "is_recovery": Switch(True),
+    "disable_collision_checks": Switch(False),
+}
+"""Ports of behaviours that move the robot."""
 
 SELECTORS = {
     "PlannerSelector": "planner",
@@ -181,15 +187,14 @@ NODES: dict[str, NodeType] = {
         },
     ),
     "ClearEntireCostmap": NodeType(0, {"service_name": Name(), "plugins": Name()}),
-    "Spin": NodeType(0, {"spin_dist": Number(1.57), "time_allowance": Number(10.0, 0), "is_recovery": Switch(True)}),
+    "Spin": NodeType(0, {"spin_dist": Number(1.57), **RECOVERY}),
     "Wait": NodeType(0, {"wait_duration": Number(1.0, 0)}),
     "BackUp": NodeType(
         0,
         {
             "backup_dist": Number(0.15, 0),
             "backup_speed": Above(0.025),
-            "time_allowance": Number(10.0, 0),
-            "is_recovery": Switch(True),
+            **RECOVERY,
         },
     ),
     **{name: NodeType(0, {f"selected_{of}": Variable(), f"default_{of}": Name()}) for name, of in SELECTORS.items()},
@@ -197,6 +202,7 @@ NODES: dict[str, NodeType] = {
 """All nodes by their names."""
 
 NEWER_PORTS: dict[str, tuple[Release, ...]] = {
+    "disable_collision_checks": SINCE_JAZZY,
     "error_code_id": SINCE_JAZZY,
     "progress_checker_id": SINCE_JAZZY,
     "path_handler_id": ("lyrical",),

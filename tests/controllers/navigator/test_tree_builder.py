@@ -184,6 +184,17 @@ class TestTreesOfUsers:
         assert lengths[:2] == [1, 1]
         assert lengths[2] > 50
 
+    @pytest.mark.parametrize(("checks", "backs"), [("false", False), ("true", True)])
+    def test_a_back_up_without_collision_checks_ignores_the_wall_behind(self, checks, backs):
+        back = f'<BackUp backup_dist="0.3" backup_speed="0.1" disable_collision_checks="{checks}"/>'
+        navigator = Navigator(PlainFollower(), plain_navigation(recoveries=True, release="jazzy"), "plain")
+        tree = navigator.params.bt.replace(xml=xml_of(f"<Sequence>{back}{PLAN}{FOLLOW}</Sequence>"))
+        navigator.params = navigator.params.replace(bt=tree)
+        start = Pose(0.3, 1.0, 0.0)
+        navigator.reset(context(OPEN, start, GOAL))
+        commands = Drive(navigator, start).run(100).commands
+        assert (min(command.v for command in commands) < 0.0) == backs
+
     def test_recoveries_have_the_numbers_of_the_tree(self):
         tree = xml_of(
             f'<RecoveryNode number_of_retries="2"><Sequence>{PLAN}{FOLLOW}</Sequence>'
