@@ -6,12 +6,14 @@ Source: nav2_behavior_tree (Humble, Jazzy and Lyrical) plugins/condition.
 from __future__ import annotations
 
 from collections.abc import Callable
-from typing import Any
+from typing import Any, Generic, TypeVar
 
 from controllers.navigator.behavior_tree import Node, Status
 from controllers.navigator.decorators import between
 from controllers.navigator.rate import TIME_RESOLUTION
 from gym_mapbench.world.scenario import Pose
+
+T = TypeVar("T")
 
 
 class Question(Node):
@@ -35,50 +37,37 @@ class GlobalUpdatedGoal(Question):
         return Status.SUCCESS
 
 
-class TimeExpired(Question):
-    """Succeeds once some time has passed since its first tick or its last success.
+class Passed(Question, Generic[T]):
+    """Succeeds once enough lies between what is measured now and at the first tick or the last success.
 
     Args:
-        seconds: The time, s.
-        clock: Returns the time, s.
+        measure: Returns what is measured.
+        is_enough: Whether enough lies between an earlier and a later measurement.
     """
 
-    def __init__(self, seconds: float, clock: Callable[[], float]) -> None:
-        self._seconds, self._clock = seconds, clock
+    def __init__(self, measure: Callable[[], T], is_enough: Callable[[T, T], bool]) -> None:
+        self._measure, self._is_enough = measure, is_enough
 
     def tick(self) -> Status:
-        """Say whether the time has passed."""
-        now = self._clock()
+        """Measure, and compare."""
+        now = self._measure()
         if self.status is Status.IDLE:
             self._start = now
             return Status.FAILURE
-        if now - self._start < self._seconds - TIME_RESOLUTION:
+        if not self._is_enough(self._start, now):
             return Status.FAILURE
         self._start = now
         return Status.SUCCESS
 
 
-class DistanceTraveled(Question):
-    """Succeeds once the robot is some distance from where it was at the first tick or the last success.
+def time_expired(seconds: float, clock: Callable[[], float]) -> Passed[float]:
+    """Make ``TimeExpired``: some time has to pass, s."""
+    return Passed(clock, lambda start, now: now - start >= seconds - TIME_RESOLUTION)
 
-    Args:
-        distance: The distance, m.
-        pose: Returns the pose of the robot on the map.
-    """
 
-    def __init__(self, distance: float, pose: Callable[[], Pose]) -> None:
-        self._distance, self._pose = distance, pose
-
-    def tick(self) -> Status:
-        """Say whether the robot has come that far."""
-        pose = self._pose()
-        if self.status is Status.IDLE:
-            self._start = pose
-            return Status.FAILURE
-        if between(self._start, pose) < self._distance:
-            return Status.FAILURE
-        self._start = pose
-        return Status.SUCCESS
+def distance_traveled(distance: float, pose: Callable[[], Pose]) -> Passed[Pose]:
+    """Make ``DistanceTraveled``: the robot has to come some distance on the map, m."""
+    return Passed(pose, lambda start, end: between(start, end) >= distance)
 
 
 class PathExpiringTimer(Question):

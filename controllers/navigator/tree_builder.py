@@ -24,7 +24,7 @@ from controllers.navigator.behavior_tree import (
     Status,
 )
 from controllers.navigator.behaviors import BackUp, Behavior, Spin, Wait
-from controllers.navigator.conditions import DistanceTraveled, GlobalUpdatedGoal, PathExpiringTimer, TimeExpired
+from controllers.navigator.conditions import GlobalUpdatedGoal, PathExpiringTimer, distance_traveled, time_expired
 from controllers.navigator.latency import Latency
 from controllers.navigator.navigate_to_pose import (
     Blackboard,
@@ -204,8 +204,8 @@ MAKERS: dict[str, Callable[[_Builder, Ports, list[Node]], Node]] = {
     "IsGoalNearby": lambda b, p, c: IsGoalNearby(b.path(p), p["proximity_threshold"], b.nearest_pose(p)),
     "TruncatePathLocal": lambda b, p, c: b.truncate(p),
     "PathExpiringTimer": lambda b, p, c: PathExpiringTimer(p["seconds"], b.path(p), b.board.clock),
-    "TimeExpired": lambda b, p, c: TimeExpired(p["seconds"], b.board.clock),
-    "DistanceTraveled": lambda b, p, c: DistanceTraveled(p["distance"], lambda: b.servers.robot.pose),
+    "TimeExpired": lambda b, p, c: time_expired(p["seconds"], b.board.clock),
+    "DistanceTraveled": lambda b, p, c: distance_traveled(p["distance"], lambda: b.servers.robot.pose),
     "WouldAPlannerRecoveryHelp": lambda b, p, c: Condition(
         partial(b.board.would_planner_recovery_help, p["error_code"])
     ),

@@ -81,8 +81,7 @@ def plugin_names(tree: TreeNode) -> dict[str, str]:
     selected = {
         f"{{{node.ports[f'selected_{of}']}}}": node.ports[f"default_{of}"]
         for node in nodes
-        for of in [SELECTORS.get(node.name)]
-        if of is not None
+        if (of := SELECTORS.get(node.name))
     }
     found: dict[str, str] = {}
     for node in nodes:

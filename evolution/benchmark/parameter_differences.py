@@ -57,12 +57,14 @@ def _tree_values(tree: BehaviorTree) -> dict[str, Any]:
     """Return the numbers of Nav2's default tree, or what tells a user's tree from others."""
     if not tree.xml:
         return {TREE_FILE: DEFAULT_TREE, **tree.model_dump(mode="json")}
-    return {TREE_FILE: f"a tree of its own ({hashlib.blake2b(tree.xml.encode(), digest_size=4).hexdigest()})"}
+    digest = hashlib.blake2b(tree.xml.encode(), digest_size=4).hexdigest()
+    return {TREE_FILE: f"a tree of its own ({digest})", "latency": tree.latency}
 
 
 def _has_other_tree(row: Row) -> bool:
     """Whether the row is about a number of the default tree, and some configuration has another tree."""
-    return str(row["key"]).partition(".")[2] in BehaviorTree.model_fields and "" in row.values()
+    node, _, name = str(row["key"]).partition(".")
+    return node == NAVIGATOR and name in BehaviorTree.model_fields and "" in row.values()
 
 
 def _running(plan: JobPlan) -> dict[str, str]:

@@ -6,7 +6,7 @@ import pytest
 from controllers.base import ControllerError, Twist
 from controllers.navigator.behavior_tree import Condition, Node, Sequence, SequenceWithMemory, Status
 from controllers.navigator.behavior_tree import ReactiveSequence as Reactive
-from controllers.navigator.conditions import DistanceTraveled, GlobalUpdatedGoal, PathExpiringTimer, TimeExpired
+from controllers.navigator.conditions import GlobalUpdatedGoal, PathExpiringTimer, distance_traveled, time_expired
 from controllers.navigator.decorators import Again, DistanceController, Returning, SingleTrigger, SpeedController
 from controllers.navigator.navigator import Navigator
 from controllers.navigator.path_keeper import NearestPose
@@ -284,7 +284,7 @@ class TestConditions:
 
     def test_time_and_distance_count_from_the_last_success(self):
         robot, clock = Robot(), Clock()
-        timer, odometer = TimeExpired(1.0, clock), DistanceTraveled(1.0, lambda: robot.pose)
+        timer, odometer = time_expired(1.0, clock), distance_traveled(1.0, lambda: robot.pose)
         found = []
         for step in (0.0, 0.5, 1.0, 1.5, 2.0):
             clock.now, robot.pose = step, Pose(0.0, step, 0.0)

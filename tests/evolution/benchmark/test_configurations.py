@@ -150,6 +150,8 @@ def test_trees_and_their_numbers_are_among_the_keys_that_differ():
     (row,) = parameter_rows([usual, own])
     assert row["key"] == "bt_navigator.default_nav_to_pose_bt_xml"
     assert (row["usual"], row["own"][:17]) == ("Nav2's default tree", "a tree of its own")
+    slow = with_tree("slow", xml=default_xml(), latency="nav2")
+    assert parameter_rows([own, slow]) == ({"key": "bt_navigator.latency", "own": "ideal", "slow": "nav2"},)
 
 
 def with_names(label, **names):
