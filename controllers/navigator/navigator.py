@@ -16,7 +16,6 @@ from dataclasses import dataclass
 from typing import Literal
 
 import numpy as np
-from numpy.typing import ArrayLike
 
 from controllers.base import (
     STOP,
@@ -316,8 +315,8 @@ class Navigator:
 
     def _measure(self, observation: Observation) -> None:
         """Take this step's measurements."""
-        robot, odom, scan = self._robot, Pose(*_floats(observation["odom"])), self._new_scan(observation)
-        robot.pose, robot.odometry = Pose(*_floats(observation["pose"])), Twist(*_floats(observation["velocity"]))
+        robot, odom, scan = self._robot, Pose(*observation["odom"].tolist()), self._new_scan(observation)
+        robot.pose, robot.odometry = Pose(*observation["pose"].tolist()), Twist(*observation["velocity"].tolist())
         robot.local_pose = odom if self._local_in_odom else robot.pose
         if scan is not None:
             self._global_costmap.observe(robot.pose, scan)
@@ -384,8 +383,8 @@ class Navigator:
         self._cmd_vel = command if self._monitor is None else self._monitor.process(command)
 
     def _remember_path(self) -> None:
-        if len(self._board.path):
-            self.path = self._board.path
+        if len(path := self._board.path):
+            self.path = path
         if not len(self.first_path):
             self.first_path = self.path
 
@@ -403,9 +402,3 @@ class Navigator:
 def _is_in_odom(local: CostmapParams) -> bool:
     """Whether the local costmap is in the odom frame; one of the whole static map stays in the map's."""
     return not local.covers_map
-
-
-def _floats(values: ArrayLike) -> list[float]:
-    """Return the numbers of an array; faster than to convert them one by one."""
-    floats: list[float] = np.asarray(values, dtype=np.float64).tolist()
-    return floats

@@ -43,22 +43,22 @@ class Rate:
 
     def __init__(self, period: float, *, restarts: bool = False) -> None:
         self._restarts = restarts
-        self._period = int(period * 1e9) / 1e9  # Nav2 counts whole nanoseconds
-        self._last = 0.0
+        self._period = int(period * 1e9)  # Nav2 counts whole nanoseconds, and so does this rate: it need not round
+        self._last = 0
 
     def start(self, now: float) -> None:
         """Begin the first cycle at ``now``, s."""
-        self._last = now
+        self._last = round(now * 1e9)
 
     def next_after(self, now: float) -> float:
         """Return when the next cycle begins, s, if this one has ended at ``now``."""
-        before, self._last = self._last, round(self._last + self._period, 9)
-        is_behind = now < before - TIME_RESOLUTION
-        due = round(now + self._period, 9) if is_behind else self._last
+        before, self._last = self._last, self._last + self._period
+        is_behind = now < before / 1e9 - TIME_RESOLUTION
+        due = round(now + self._period / 1e9, 9) if is_behind else self._last / 1e9
         if due > now + TIME_RESOLUTION:
             return due
         if self._restarts:
-            self._last = now
-        elif now > due + self._period + TIME_RESOLUTION:
-            self._last = now + self._period
+            self._last = round(now * 1e9)
+        elif now > due + self._period / 1e9 + TIME_RESOLUTION:
+            self._last = round(now * 1e9) + self._period
         return now

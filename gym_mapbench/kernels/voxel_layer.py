@@ -49,8 +49,9 @@ def clear_voxels(
         ray_end = cut_ray(sensor, (float(points[i, 0]), float(points[i, 1]), z), grid, size, pull_in)
         end = voxel_at(ray_end, grid)
         if end[0] >= 0.0:
+            # Unpacked tuples would take a fifth of the time of all.
             clear_voxel_line(
-                cells, voxels, crossed, cols, *start, *end,
+                cells, voxels, crossed, cols, start[0], start[1], start[2], end[0], end[1], end[2],
                 mark_threshold, unknown_threshold, min_cells, max_cells,
             )  # fmt: skip
             touch_ray(box, sensor[0], sensor[1], ray_end[0], ray_end[1], min_range, max_range)

@@ -20,7 +20,6 @@ MOST_LISTED = 4  # by one cell
 THRESHOLD_INCREMENT = np.float32(100)
 NEIGHBOUR_SHARE = 0.707106781
 NEVER = np.float32(np.inf)
-NEVER_BITS = NEVER.view(np.uint32)
 HALF = np.float32(0.5)
 ONE = np.float32(1)
 
@@ -150,7 +149,7 @@ def _update(
     A branch on what a cell finds would be guessed wrong too often. A neighbour that does not gain is therefore written
     behind the end of a list. Indices are unsigned, for numba would otherwise check for negative ones.
     """
-    one, bits = np.uint32(1), gain.view(np.uint32)
+    one = np.uint32(1)
     end_next, end_over = np.uint64(end_next), np.uint64(end_over)
     for place in range(np.uint64(first), np.uint64(last)):
         cell = lists[place]
@@ -165,9 +164,9 @@ def _update(
         soon = value < threshold
         end = end_next if soon else end_over
         for near, other in ((cell - one, left), (cell + one, right), (cell - width, down), (cell + width, up)):
-            gains = np.uint32(other > value + gain[near])
-            lists[end] = near
-            bits[near] |= gains * NEVER_BITS
+            least = gain[near]
+            gains = other > value + least
+            lists[end], gain[near] = near, NEVER if gains else least
             end += np.uint64(gains)
         end_next = end if soon else end_next
         end_over = end_over if soon else end

@@ -24,7 +24,7 @@ from controllers.dwb.kernels.sampling import (
     project_velocity,
 )
 from gym_mapbench.kernels.geometry import cell_index
-from gym_mapbench.kernels.jit import kernel
+from gym_mapbench.kernels.jit import inlined, kernel
 
 
 @kernel
@@ -39,7 +39,7 @@ def turn(state, target, limits, dt, yaw):
         yaw[k] = heading
 
 
-@kernel
+@inlined
 def accelerate(v, target, limits, dt):
     """Change the speeds of a group for one step; return whether any is still on its way."""
     acceleration, deceleration = limits[0], limits[1]
@@ -51,20 +51,36 @@ def accelerate(v, target, limits, dt):
     return changing
 
 
+@inlined
+def move(v, dt, along, x):
+    """Move a group by one step on one axis; the compiler vectorises the loop over the members in this form."""
+    for m in range(len(v)):
+        x[m] += v[m] * along * dt
+
+
+@inlined
+def move_four_times(v, dt, first, second, third, fourth, x):
+    """Move a group by four steps on one axis: to load and store positions takes most of the time of a step."""
+    for m in range(len(v)):
+        x[m] = x[m] + v[m] * first * dt + v[m] * second * dt + v[m] * third * dt + v[m] * fourth * dt
+
+
 @kernel
 def drive(v, target, limits, dt, cos, sin, x, y):
-    """Move one group to its last positions.
-
-    There is one loop over the members for each axis, because the compiler vectorises them in this form.
-    """
-    changing = True
-    for k in range(len(cos)):
-        if changing:
-            changing = accelerate(v, target, limits, dt)
-        for m in range(len(v)):
-            x[m] += v[m] * cos[k] * dt
-        for m in range(len(v)):
-            y[m] += v[m] * sin[k] * dt
+    """Move one group to its last positions."""
+    k, changing = 0, True
+    while changing and k < len(cos):
+        changing = accelerate(v, target, limits, dt)
+        move(v, dt, cos[k], x)
+        move(v, dt, sin[k], y)
+        k += 1
+    while k + 4 <= len(cos):
+        move_four_times(v, dt, cos[k], cos[k + 1], cos[k + 2], cos[k + 3], x)
+        move_four_times(v, dt, sin[k], sin[k + 1], sin[k + 2], sin[k + 3], y)
+        k += 4
+    for rest in range(k, len(cos)):
+        move(v, dt, cos[rest], x)
+        move(v, dt, sin[rest], y)
 
 
 @kernel

@@ -19,9 +19,8 @@ EPSILON = 1e-5
 def project_velocity(start, acceleration, deceleration, dt, target):
     """Velocity ``dt`` seconds after ``start`` on the way to ``target``."""
     faster, slower = start + acceleration * dt, start + deceleration * dt
-    if start < target:
-        return faster if faster < target else target
-    return slower if slower > target else target
+    rising, falling = faster if faster < target else target, slower if slower > target else target
+    return rising if start < target else falling
 
 
 @kernel
