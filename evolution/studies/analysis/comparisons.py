@@ -113,11 +113,6 @@ def analyse(results: StudyResults) -> StudyAnalysis:
     return StudyAnalysis(results, judges, tuple(one for judge in judges for one in _comparisons(judge)))
 
 
-def compare(results: StudyResults) -> list[Comparison]:
-    """Return the comparisons of :func:`analyse` alone."""
-    return list(analyse(results).comparisons)
-
-
 def value_of(run: StudyRun, quantity: Quantity) -> float:
     """One run's value of a quantity.
 

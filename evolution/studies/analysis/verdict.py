@@ -9,7 +9,7 @@ import numpy as np
 
 from evolution.files import Row, counted
 from evolution.statistics import Summary, TestResult, median_interval, p_in_words
-from evolution.studies.analysis.comparisons import QUANTITIES, Comparison, StudyAnalysis, analyse
+from evolution.studies.analysis.comparisons import QUANTITIES, Comparison, StudyAnalysis
 from evolution.studies.analysis.held_out import conditions, held_out_rows, rank_agreement, selected_sets
 from evolution.studies.analysis.judges import Judge
 from evolution.studies.analysis.reported_fitness import reported_fitness_rows
@@ -20,17 +20,11 @@ NO_PATTERN_LEAD = 1000.0
 """Smallest lead that only the -1000 of Alg. 2 explains: the worse set has no pattern."""
 
 
-def verdict_of(results: StudyResults, analysis: StudyAnalysis | None = None) -> list[str]:
-    """Return the paragraphs of the verdict; lower fitness is better throughout.
-
-    Args:
-        results: The study.
-        analysis: Its comparisons, if they are there already.
-    """
-    if not results.runs:
+def verdict_of(analysis: StudyAnalysis) -> list[str]:
+    """Return the paragraphs of the verdict; lower fitness is better throughout."""
+    if not analysis.results.runs:
         return ["No search of this study is finished."]
-    analysis = analysis or analyse(results)
-    rows = held_out_rows(results)
+    rows = held_out_rows(analysis.results)
     sentences = [sentence for judge in analysis.judges for sentence in _of_judge(judge, analysis, rows)]
     return _held_out_against(analysis) + sentences + _repeats(rows)
 
