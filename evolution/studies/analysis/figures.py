@@ -32,7 +32,7 @@ from evolution.pictures import (
 from evolution.runs import LoadedRun, load_run
 from evolution.studies.analysis.comparisons import QUANTITIES, Comparison, StudyAnalysis
 from evolution.studies.analysis.judges import Judge
-from evolution.studies.analysis.results import StudyResults, StudyRun
+from evolution.studies.analysis.results import StudyResults, StudyRun, reevaluated
 from gym_mapbench.errors import MapBenchError, UntrustedError
 
 if TYPE_CHECKING:
@@ -148,9 +148,8 @@ class _Judged:
         """Held-out fitness over reported fitness, if a run is re-evaluated."""
         points = {}
         for name, runs in self.judge.groups.items():
-            if again := [run for run in runs if run.reevaluation is not None]:
-                held_out = [run.reevaluation.fitness_as_searched for run in again if run.reevaluation]
-                points[name] = [run.fitness for run in again], held_out
+            if again := reevaluated(runs):
+                points[name] = [run.fitness for run in again], [run.held_out.fitness_as_searched for run in again]
         if not points:
             return []
         caption = (

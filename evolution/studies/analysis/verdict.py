@@ -13,7 +13,7 @@ from evolution.studies.analysis.comparisons import QUANTITIES, Comparison, Study
 from evolution.studies.analysis.held_out import conditions, held_out_rows, rank_agreement, selected_sets
 from evolution.studies.analysis.judges import Judge
 from evolution.studies.analysis.reported_fitness import reported_fitness_rows
-from evolution.studies.analysis.results import StudyResults, StudyRun
+from evolution.studies.analysis.results import StudyResults, StudyRun, reevaluated
 
 ALPHA = 0.05
 NO_PATTERN_LEAD = 1000.0
@@ -55,7 +55,7 @@ def _held_out(row: Row) -> str:
 def _of_judge(judge: Judge, analysis: StudyAnalysis, rows: Sequence[Row]) -> list[str]:
     """Return the sentences about the configurations of one judge."""
     reported, *held_out = analysis.of(judge)
-    again = [run for run in judge.runs if run.reevaluation is not None]
+    again = reevaluated(judge.runs)
     compared = held_out[0] if held_out and 2 * len(again) >= len(judge.runs) else reported
     if not judge.comparable:
         return [_other_scales(judge), judge.meaning]
