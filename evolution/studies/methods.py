@@ -7,16 +7,7 @@ from dataclasses import replace
 from pathlib import Path
 
 from evolution.driving import Evaluator
-from evolution.runs import (
-    CONFIG,
-    LoadedRun,
-    RunDir,
-    chosen_by,
-    driven_maps,
-    load_run,
-    results_in,
-    validation_in,
-)
+from evolution.runs import CONFIG, LoadedRun, RunDir, chosen_by, driven_maps, load_run, results_in, validation_in
 from evolution.search import (
     Evaluation,
     Experiment,

@@ -132,11 +132,7 @@ class _Outcome:
             "controller": self.plan.controller,
             "objectives": list(self.plan.settings.objectives),
             "winner": self.winner.number,
-            "runs": {
-                "search": sum(len(one.rows) for one in trials),
-                "validation": validated,
-                "test": len(self.test),
-            },
+            "runs": {"search": sum(len(one.rows) for one in trials), "validation": validated, "test": len(self.test)},
             "changes": [{"parameter": k, "before": self.plan.own[k], "after": v} for k, v in changed.items()],
             "finalists": [self._finalist_row(one) for one in self.finalists],
             "front": [one.number for one in self.front],

@@ -55,11 +55,7 @@ class MapSampling(Sampling):  # type: ignore[misc]
     """
 
     def __init__(
-        self,
-        maps_per_set: int,
-        shapes: ShapeSettings,
-        draw_map: DrawMap = sample_map,
-        people: PeopleSettings = NOBODY,
+        self, maps_per_set: int, shapes: ShapeSettings, draw_map: DrawMap = sample_map, people: PeopleSettings = NOBODY
     ) -> None:
         super().__init__()
         self.maps_per_set = maps_per_set
