@@ -28,7 +28,7 @@ from evolution.driving.cluster import chunk_size
 from evolution.driving.evaluator import Evaluator
 from evolution.driving.jobs import Job, JobPlan
 from evolution.search.experiments import experiment_of, load_preset
-from evolution.search.operators.sampling import sample_map_set
+from evolution.search.operators.sampling import MapSampling
 
 PER_CHUNK = round(driving.CHUNK_SECONDS / REAL_RUN_SECONDS)
 CORES = (2, 8, 64, 250, 1000)
@@ -87,7 +87,7 @@ def jobs(maps: int, seed: int) -> list[Job]:
     """Draw maps of the thesis, each with a run of every controller."""
     experiment, rng = experiment_of(load_preset("thesis")), np.random.default_rng(seed)
     plan = JobPlan(experiment.controllers, experiment.run, seed)
-    scenarios = sample_map_set(rng, maps, experiment.search.shapes)
+    scenarios = MapSampling(maps, experiment.search.shapes).draw_set(rng)
     return [job for scenario in scenarios for job in plan.jobs(scenario)]
 
 

@@ -26,7 +26,7 @@ from pydantic import TypeAdapter
 from evolution.commands.options import positive
 from evolution.driving import Evaluator, Job, RunResult
 from evolution.driving.store import ResultStore
-from evolution.runs import RunDir, experiment_in
+from evolution.runs import STORE, RunDir, experiment_in
 from evolution.search import Experiment, evolve
 from evolution.search.loop import EvolveResult
 from evolution.search.validation_stage import ValidationResult
@@ -91,7 +91,7 @@ class Recorder(Evaluator):
 def recorded(path: Path) -> list[tuple[Genome, Runs]]:
     """Return the maps of a finished search that have a genome."""
     directory = RunDir.open(path)
-    with ResultStore(directory.store_path) as store:
+    with ResultStore(directory.path / STORE) as store:
         recorder = Recorder(store)
         evolve(experiment_in(directory), recorder)
     return [(genome, dict(runs)) for genome, runs in recorder.maps.values() if genome is not None]

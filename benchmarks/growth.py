@@ -29,7 +29,7 @@ from evolution.driving.evaluator import Evaluator
 from evolution.driving.executors import EXECUTORS
 from evolution.driving.jobs import Job, RunResult
 from evolution.driving.store import ResultStore
-from evolution.runs.directory import RunDir
+from evolution.runs.directory import STORE, RunDir
 from evolution.search.experiments import experiment_of
 from evolution.search.loop import Progress, evolve
 from gym_mapbench.generator import default_task
@@ -103,7 +103,7 @@ def search(generations: int, **options: Any) -> list[tuple[float, Progress]]:
     with tempfile.TemporaryDirectory() as place:
         directory = RunDir.create(Path(place) / "run", experiment)
         with (
-            ResultStore(directory.store_path) as store,
+            ResultStore(directory.path / STORE) as store,
             Evaluator(free_run, store, executor="inline") as evaluator,
         ):
             evolve(experiment, evaluator, directory, on_generation=lambda one: seen.append((time.process_time(), one)))

@@ -16,11 +16,10 @@ from pathlib import Path
 
 import numpy as np
 import scipy.stats
-from run_tables import is_goal, of, over_maps, read_runs, share, share_and_ends, write_runs
+from run_tables import compared, is_goal, of, over_maps, read_runs, share, share_and_ends, write_runs
 from sampled_maps import sampled
 
 from evolution import bench
-from evolution.benchmark.paired import Trial, compare_paired
 from evolution.driving import DriveSettings
 from evolution.files import Row
 from evolution.pictures import colour_of, new_figure
@@ -37,9 +36,6 @@ HEADER = "maps | controller | release | runs | goal, % | goal in one only | time
 COLUMNS = ("maps", "map", "release", "controller", "repeat", "outcome", "time_s", "path_length_m")
 COUNTED = ("maps", "controller", "release", "outcome")
 MEASURES = ("min_clearance", "n_recoveries")
-
-Key = tuple[str, str, int]
-"""Map, controller and repeat of a run."""
 
 
 def distinct_maps(sets: Sequence[Path]) -> list[Scenario]:
@@ -69,17 +65,6 @@ def driven(groups: Mapping[str, Sequence[Scenario]], seeds: Mapping[str, int], w
     return read_runs(out)
 
 
-def key_of(row: Row) -> Key:
-    """Return what two releases' runs have in common."""
-    return str(row["map"]), str(row["controller"]), int(row["repeat"])
-
-
-def trials(rows: Sequence[Row]) -> list[Trial]:
-    """Return runs in the order of their keys, for a paired comparison."""
-    ordered = sorted(rows, key=key_of)
-    return [Trial(str(row["map"]), is_goal(row), float(row["time_s"])) for row in ordered]
-
-
 def cells(rows: Sequence[Row], before: Sequence[Row]) -> list[str]:
     """Return the table cells of one controller in one release.
 
@@ -89,7 +74,7 @@ def cells(rows: Sequence[Row], before: Sequence[Row]) -> list[str]:
     """
     goals = [row for row in rows if is_goal(row)]
     found = [share(rows)]
-    paired = compare_paired(trials(before), trials(rows), np.random.default_rng(0))
+    paired = compared(before, rows)
     found.append(f"+{paired.wins} -{paired.losses} (p = {paired.p_success:.2g})")
     found.append(f"{paired.time_ratio:.3f} ({paired.ratio_low:.3f} to {paired.ratio_high:.3f})")
     clearance = [(str(row["map"]), float(row["min_clearance"])) for row in goals]
@@ -123,7 +108,7 @@ def plot(rows: Sequence[Row], path: Path) -> None:
         own = [of(rows, maps="sampled", release=release, controller=name) for release in releases]
         places = np.arange(len(releases)) + 0.12 * (number - 1)
         _points(panels[0], places, np.array([share_and_ends(some) for some in own]), name)
-        pairs = [compare_paired(trials(own[0]), trials(some), np.random.default_rng(0)) for some in own]
+        pairs = [compared(own[0], some) for some in own]
         ratios = np.array([[one.time_ratio, one.ratio_low, one.ratio_high] for one in pairs])
         _points(panels[1], places, ratios, name)
     panels[0].set(ylabel="runs at the goal, % (95 %, Wilson)", xticks=range(3), xticklabels=releases)

@@ -12,6 +12,7 @@ from typing import Any
 
 import numpy as np
 
+from evolution.benchmark.paired import PairedComparison, compare_pairs
 from evolution.files import Row
 from evolution.statistics import bootstrap_interval, median_interval, share_interval
 
@@ -75,3 +76,10 @@ def read_runs(path: Path) -> list[Row]:
     """Read the runs that :func:`write_runs` wrote; all cells are text."""
     with path.open(encoding="utf-8", newline="") as file:
         return list(csv.DictReader(file))
+
+
+def compared(before: Sequence[Row], after: Sequence[Row]) -> PairedComparison:
+    """Return the paired comparison of two sides' runs of one controller, as :func:`read_runs` gives them."""
+    sides = [sorted(rows, key=lambda row: (str(row["map"]), int(row["repeat"]))) for rows in (before, after)]
+    timed = [[{**row, "time_s": float(row["time_s"])} for row in rows] for rows in sides]
+    return compare_pairs(list(zip(*timed, strict=True)))

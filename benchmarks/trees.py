@@ -15,11 +15,10 @@ from pathlib import Path
 
 import numpy as np
 from people import among, sample
-from run_tables import is_goal, of, over_maps, read_runs, share, write_runs
+from run_tables import compared, of, over_maps, read_runs, share, write_runs
 
 from controllers.behaviors import BehaviorTree
 from evolution import bench
-from evolution.benchmark.paired import Trial, compare_paired
 from evolution.driving import DriveSettings
 from evolution.files import Row
 from evolution.search import load_preset
@@ -58,12 +57,6 @@ def driven(args: argparse.Namespace) -> list[Row]:
     return [{**row, "people": int(row["people"])} for row in read_runs(args.out)]
 
 
-def trials(rows: Sequence[Row]) -> list[Trial]:
-    """Return runs in the order of maps and repeats, for a paired comparison."""
-    ordered = sorted(rows, key=lambda row: (str(row["map"]), int(row["repeat"])))
-    return [Trial(str(row["map"]), is_goal(row), float(row["time_s"])) for row in ordered]
-
-
 def cells(rows: Sequence[Row], before: Sequence[Row]) -> list[str]:
     """Return the table cells of one controller with one tree.
 
@@ -71,7 +64,7 @@ def cells(rows: Sequence[Row], before: Sequence[Row]) -> list[str]:
         rows: Its runs.
         before: The same runs with the default tree.
     """
-    paired = compare_paired(trials(before), trials(rows), np.random.default_rng(0))
+    paired = compared(before, rows)
     ratio = f"{paired.time_ratio:.3f} ({paired.ratio_low:.3f} to {paired.ratio_high:.3f})"
     means = [
         over_maps([(str(row["map"]), float(row[measure] or 0)) for row in rows], np.mean, 1)

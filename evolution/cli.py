@@ -99,12 +99,7 @@ def build_parser(chosen: str | None = None) -> Parser:
     Args:
         chosen: The only subcommand whose options are needed, so that the help does not wait for imports; None for all.
     """
-    parser = Parser(
-        prog="mapbench",
-        description=DESCRIPTION,
-        epilog=EXAMPLES,
-        allow_abbrev=False,
-    )
+    parser = Parser(prog="mapbench", description=DESCRIPTION, epilog=EXAMPLES, allow_abbrev=False)
     parser.add_argument("--version", action=Versions, help="print the versions that results depend on, and exit")
     subparsers = parser.add_subparsers(dest="command", required=True, metavar="COMMAND", parser_class=Parser)
     add_commands(subparsers, chosen)

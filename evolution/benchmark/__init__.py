@@ -29,12 +29,8 @@ from evolution.benchmark.configurations import (
 )
 from evolution.benchmark.directory import BENCHMARK, begin_benchmark, benchmark_document, map_options
 from evolution.benchmark.paired import (
-    PairedComparison,
     Place,
-    Trial,
-    Unit,
     Values,
-    compare_paired,
     compare_rows,
     copies_in_words,
     distinct_pairs,
@@ -48,14 +44,14 @@ from evolution.benchmark.paired import (
     units_in_words,
 )
 from evolution.benchmark.parameter_differences import parameter_rows
-from evolution.benchmark.parameter_sweep import SweptParameter, read_sweep, sweep, swept_controllers
+from evolution.benchmark.parameter_sweep import read_sweep, sweep, swept_controllers
 from evolution.benchmark.reading import read_bench
 from evolution.benchmark.reevaluation import reevaluation_in, reevaluation_sentence
 from evolution.benchmark.rules import MEASURES, Rule, broken, read_rule, runs_by_controller
-from evolution.benchmark.runs import BENCH, Benchmark, BenchResult, bench, bench_row
+from evolution.benchmark.runs import BENCH, Benchmark, bench, bench_row
 from evolution.benchmark.scores import goals_of_groups, pair_rows, score_rows
 from evolution.benchmark.summary import table_of_compared, table_of_comparisons, table_of_pairs, table_of_scores
-from evolution.benchmark.time_lost import TimeLost, time_lost, without_people
+from evolution.benchmark.time_lost import time_lost, without_people
 
 __all__ = [
     "BENCH",
@@ -64,18 +60,12 @@ __all__ = [
     "PREFIX",
     "RULED",
     "BarnScore",
-    "BenchResult",
     "Benchmark",
     "Comparison",
     "Configuration",
-    "PairedComparison",
     "ParameterComparison",
     "Place",
     "Rule",
-    "SweptParameter",
-    "TimeLost",
-    "Trial",
-    "Unit",
     "Values",
     "barn_settings",
     "begin_benchmark",
@@ -87,7 +77,6 @@ __all__ = [
     "check_maps",
     "check_one_setup",
     "compare",
-    "compare_paired",
     "compare_rows",
     "configurations_document",
     "copies_in_words",

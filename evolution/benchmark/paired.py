@@ -16,10 +16,8 @@ from dataclasses import dataclass
 from statistics import fmean
 from typing import Literal, NamedTuple
 
-import numpy as np
-
 from evolution.files import Row, counted
-from evolution.statistics import BOOTSTRAP_SEED, FEWEST_FOR_INTERVAL, bootstrap_interval
+from evolution.statistics import FEWEST_FOR_INTERVAL, mean_interval
 from gym_mapbench.world.scenario import Scenario
 
 WALLS = "walls"
@@ -44,23 +42,6 @@ Unit = Literal["map", "task", "run"]
 """What counts once in tests and intervals."""
 Values = Sequence[tuple[Place, float]]
 """Values of runs with their places."""
-
-
-class Trial(NamedTuple):
-    """One run: its task, whether it reached the goal, its time, s (NaN if it has none), and its walls.
-
-    Without walls each task has a map of its own.
-    """
-
-    map: str
-    success: bool
-    time: float
-    walls: str = ""
-
-    @property
-    def place(self) -> Place:
-        """Where the run is."""
-        return Place(self.map, self.walls or self.map)
 
 
 @dataclass(frozen=True)
@@ -91,35 +72,6 @@ class PairedComparison:
     ratio_low: float
     ratio_high: float
     p_time: float
-
-
-def compare_paired(first: Sequence[Trial], second: Sequence[Trial], rng: np.random.Generator) -> PairedComparison:
-    """Compare two sides run by run.
-
-    Args:
-        first: Runs of one side.
-        second: Runs of the other side on the same maps and noise, in the same order.
-        rng: Samples the bootstrap.
-    """
-    pairs = list(zip(first, second, strict=True))
-    unit = unit_of(a.place for a, _ in pairs)
-    gains = means([(a.place, float(b.success) - float(a.success)) for a, b in pairs], unit)
-    wins, losses = sum(gain > 0 for gain in gains), sum(gain < 0 for gain in gains)
-    both = [(a, b) for a, b in pairs if a.success and b.success]
-    logs = means([(a.place, math.log(b.time / a.time)) for a, b in both if min(a.time, b.time) > 0], unit)
-    low, high = bootstrap_interval(logs, rng) if len(logs) >= FEWEST_FOR_INTERVAL else (math.nan, math.nan)
-    return PairedComparison(
-        pairs=len(pairs),
-        n=len(gains),
-        wins=wins,
-        losses=losses,
-        p_success=mcnemar(wins, losses),
-        both=len(both),
-        time_ratio=math.exp(fmean(logs)) if logs else math.nan,
-        ratio_low=math.exp(low),
-        ratio_high=math.exp(high),
-        p_time=wilcoxon(logs),
-    )
 
 
 def unit_of(places: Iterable[Place]) -> Unit:
@@ -251,14 +203,32 @@ def place_of_task(scenario: Scenario) -> Place:
     return Place(scenario.name, scenario.map.digest)
 
 
-def trial_of(row: Row) -> Trial:
-    """Return a run of a benchmark as a trial."""
-    task, walls = place_of(row)
-    return Trial(task, row["outcome"] == "goal", row["time_s"], walls)
-
-
 def compare_rows(first: Sequence[Row], second: Sequence[Row]) -> PairedComparison:
-    """Return the comparison of two sides of a benchmark without copies; the bootstrap has a seed of its own."""
-    pairs = distinct_pairs(paired_rows(first, second))
-    sides = [trial_of(a) for a, _ in pairs], [trial_of(b) for _, b in pairs]
-    return compare_paired(*sides, np.random.default_rng(BOOTSTRAP_SEED))
+    """Return the comparison of two sides of a benchmark without copies."""
+    return compare_pairs(distinct_pairs(paired_rows(first, second)))
+
+
+def compare_pairs(pairs: Sequence[tuple[Row, Row]]) -> PairedComparison:
+    """Return the comparison of the second runs of some pairs with the first ones."""
+    unit = unit_of(place_of(a) for a, _ in pairs)
+    gains = means([(place_of(a), float(_solved(b)) - float(_solved(a))) for a, b in pairs], unit)
+    wins, losses = sum(gain > 0 for gain in gains), sum(gain < 0 for gain in gains)
+    both = [(place_of(a), a["time_s"], b["time_s"]) for a, b in pairs if _solved(a) and _solved(b)]
+    logs = means([(place, math.log(after / before)) for place, before, after in both if min(before, after) > 0], unit)
+    low, high = mean_interval([[log] for log in logs])
+    return PairedComparison(
+        pairs=len(pairs),
+        n=len(gains),
+        wins=wins,
+        losses=losses,
+        p_success=mcnemar(wins, losses),
+        both=len(both),
+        time_ratio=math.exp(fmean(logs)) if logs else math.nan,
+        ratio_low=math.exp(low),
+        ratio_high=math.exp(high),
+        p_time=wilcoxon(logs),
+    )
+
+
+def _solved(row: Row) -> bool:
+    return bool(row["outcome"] == "goal")

@@ -54,12 +54,7 @@ def _add_atlas_options(group: argparse._ArgumentGroup) -> None:
         ),
         ("repeats", options.positive, "R", "runs of each controller on a map before it enters a cell"),
         ("held-out-seeds", options.positive, "N", "runs of each controller on the map of each cell after the search"),
-        (
-            "fresh",
-            options.share,
-            "P",
-            "probability that a new map is sampled; else a map of a cell is mutated",
-        ),
+        ("fresh", options.share, "P", "probability that a new map is sampled; else a map of a cell is mutated"),
     ):
         default = getattr(DEFAULTS, name.replace("-", "_"))
         group.add_argument(f"--{name}", type=kind, metavar=metavar, help=f"{what} (default {default})")

@@ -24,14 +24,7 @@ from evolution.runs import (
     table_sentence,
     validation_sentence,
 )
-from evolution.search import (
-    FAILURES,
-    FITNESSES,
-    MAP_MEASURES,
-    METRIC_NAMES,
-    Experiment,
-    nested_document,
-)
+from evolution.search import FAILURES, FITNESSES, MAP_MEASURES, METRIC_NAMES, Experiment, nested_document
 from gym_mapbench.errors import ConfigError
 
 EXAMPLES = """  mapbench evolve --preset quick --out runs/first

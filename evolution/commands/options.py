@@ -25,11 +25,7 @@ def example_parser(
 ) -> argparse.ArgumentParser:
     """Add a subcommand whose help ends with examples."""
     parser = subparsers.add_parser(
-        name,
-        help=COMMANDS[name],
-        description=COMMANDS[name],
-        epilog="examples:\n" + examples,
-        allow_abbrev=False,
+        name, help=COMMANDS[name], description=COMMANDS[name], epilog="examples:\n" + examples, allow_abbrev=False
     )
     _add_common_options(parser)
     return parser

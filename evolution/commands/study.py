@@ -120,7 +120,7 @@ def _print(analysis: StudyAnalysis) -> None:
     for comparison in analysis.comparisons:
         rows = [{shown: row[name] for shown, name in SUMMARY.items()} for row in summary_rows(comparison)]
         print_table(Table(rows, f"Best fitness of a search, median with its 95 % interval: {comparison.title}"))
-    for sentence in verdict_of(analysis.results, analysis):
+    for sentence in verdict_of(analysis):
         console.print(sentence)
     for line in analysis.results.missing:
         console.print(f"missing: {line}")

@@ -6,7 +6,7 @@ checked content; a file that is not as expected gives an error of one line.
 
 from __future__ import annotations
 
-from evolution.files.directories import DirectoryKind, differences, new_directory
+from evolution.files.directories import DirectoryKind, differences
 from evolution.files.documents import Document, Versions, advising, check, check_rows, read_document
 from evolution.files.locks import locked, locked_by
 from evolution.files.plain import (
@@ -52,7 +52,6 @@ __all__ = [
     "locked",
     "locked_by",
     "make_directory",
-    "new_directory",
     "npz_of",
     "read_arrays",
     "read_csv",

@@ -8,14 +8,13 @@ from __future__ import annotations
 
 from evolution.minimizing.results import MINIMIZATION, Minimized, load_minimized
 from evolution.minimizing.running import MinimizeSettings, run_minimizing, smallest_map
-from evolution.minimizing.verdicts import TOLERANCE, Verdict, read_verdict
+from evolution.minimizing.verdicts import TOLERANCE, read_verdict
 
 __all__ = [
     "MINIMIZATION",
     "TOLERANCE",
     "MinimizeSettings",
     "Minimized",
-    "Verdict",
     "load_minimized",
     "read_verdict",
     "run_minimizing",

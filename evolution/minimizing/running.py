@@ -8,16 +8,7 @@ from operator import itemgetter
 from pathlib import Path
 from typing import Any, Protocol
 
-from evolution.driving import (
-    DEFAULT_RESOURCES,
-    Job,
-    JobPlan,
-    OnRun,
-    Resources,
-    RunResult,
-    drive,
-    run_job,
-)
+from evolution.driving import DEFAULT_RESOURCES, Job, JobPlan, OnRun, Resources, RunResult, drive, run_job
 from evolution.files import Row, counted, write_json
 from evolution.minimizing.delta_debugging import BATCH, minimal
 from evolution.minimizing.obstacles import Cells, connected, farthest_first, halves, map_with, obstacles_of

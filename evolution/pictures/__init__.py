@@ -6,7 +6,7 @@ equal bytes.
 
 from __future__ import annotations
 
-from evolution.pictures.animation import Frame, check_display, check_film, frames, save_animation, show_animation
+from evolution.pictures.animation import check_display, check_film, save_animation, show_animation
 from evolution.pictures.comparison_film import save_comparison
 from evolution.pictures.map_figures import (
     PEOPLE_COLOUR,
@@ -43,7 +43,6 @@ __all__ = [
     "FORMATS",
     "PEOPLE_COLOUR",
     "DrivenMap",
-    "Frame",
     "best_maps_figure",
     "box_figure",
     "check_display",
@@ -55,7 +54,6 @@ __all__ = [
     "draw_trajectories",
     "drive_best",
     "effects_figure",
-    "frames",
     "front_figure",
     "history_figure",
     "importance_figure",

@@ -113,8 +113,7 @@ def _draw_legend_at(
         state = f"{episode.outcome}, {episode.time:.1f} s" if done else f"{now:.1f} s"
         axes.text(0.0, row - 0.08, label, color=colour_of(names, episode.controller), fontsize=13, weight="bold")
         axes.text(end, row - 0.08, state, ha="right", fontsize=12, color=INK)
-    axes.set_xlim(0.0, end)
-    axes.set_ylim(len(episodes) - 0.4, -0.6)
+    axes.set(xlim=(0.0, end), ylim=(len(episodes) - 0.4, -0.6))
     axes.set_axis_off()
     result = textwrap.fill(_result(episodes, labels), LINE) if time >= end else ""
     figure.text(0.57, 0.95, textwrap.fill(title, LINE + 16), fontsize=10, color=INK, va="top")

@@ -114,8 +114,7 @@ def draw_map(axes: Axes, scenario: Scenario) -> None:
     axes.plot(scenario.goal.x, scenario.goal.y, "*", color="#444444", markersize=12, zorder=4)
     axes.set(xlim=(x0, x1), ylim=(y0, y1))  # elements at the ends of a route may be outside the map
     axes.set_aspect("equal")
-    axes.set_xlabel("x, m")
-    axes.set_ylabel("y, m")
+    axes.set(xlabel="x, m", ylabel="y, m")
 
 
 def _draw_people(axes: Axes, scenario: Scenario) -> None:
@@ -154,8 +153,7 @@ def _draw_times(axes: Axes, summary: MapSummary, names: Sequence[str]) -> None:
         for time in one.outliers[-1:]:
             axes.annotate(f"{time:.0f} s", (time, row), (0, 6), textcoords="offset points", ha="center", fontsize=8)
     axes.set_yticks(range(len(summary.controllers)), [_label(one) for one in summary.controllers])
-    axes.set_ylim(len(summary.controllers) - 0.4, -0.6)
-    axes.set_xlabel(f"travel time, s ({summary.sample})")
+    axes.set(ylim=(len(summary.controllers) - 0.4, -0.6), xlabel=f"travel time, s ({summary.sample})")
     axes.spines[["top", "right"]].set_visible(False)
 
 

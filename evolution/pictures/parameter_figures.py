@@ -73,8 +73,7 @@ def _heat(figure: Figure, axes: Axes, rows: Rows, names: Sequence[str], column: 
     if column == "success" and len(set(values)) == 1:  # else the bar would reach beyond 100 %
         drawn.set_clim(0.0, factor)
     figure.colorbar(drawn, ax=axes)
-    axes.set_xlabel(names[0])
-    axes.set_ylabel(names[1])
+    axes.set(xlabel=names[0], ylabel=names[1])
 
 
 def _edge() -> list[Any]:

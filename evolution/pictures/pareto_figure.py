@@ -26,9 +26,7 @@ def pareto_figure(front: Sequence[Row], individuals: Sequence[Row]) -> Figure:
     _draw_sets(sets, front, individuals, names)
     volumes = hypervolumes(individuals, names)
     volume.step(list(volumes), list(volumes.values()), where="post", color=COLOURS[0])
-    volume.set_xlabel("evaluations")
-    volume.set_ylabel("hypervolume of all sets so far (1: the whole box)")
-    volume.set_ylim(0.0, 1.0)
+    volume.set(xlabel="evaluations", ylabel="hypervolume of all sets so far (1: the whole box)", ylim=(0.0, 1.0))
     volume.grid(alpha=0.3)
     return figure
 
@@ -51,7 +49,6 @@ def _draw_sets(axes: Axes, front: Sequence[Row], individuals: Sequence[Row], nam
         points = [row[HELD_OUT + first] for row in shown], [row[HELD_OUT + second] for row in shown]
         if shown:
             axes.plot(*points, marker, color=COLOURS[1], label=label)
-    axes.set_xlabel(f"{first} (lower is better)")
-    axes.set_ylabel(f"{second} (lower is better)")
+    axes.set(xlabel=f"{first} (lower is better)", ylabel=f"{second} (lower is better)")
     axes.grid(alpha=0.3)
     axes.legend(frameon=False, fontsize=8)

@@ -25,8 +25,7 @@ def convergence_figure(series: Mapping[str, tuple[ArrayLike, ArrayLike]]) -> Fig
     for name, (x, y) in series.items():
         point = "o" if np.size(x) == 1 else ""
         axes.step(x, y, where="post", color=colour_of(list(series), name), label=name, marker=point)
-    axes.set_xlabel("evaluations")
-    axes.set_ylabel("best fitness (lower is better)")
+    axes.set(xlabel="evaluations", ylabel="best fitness (lower is better)")
     axes.grid(alpha=0.3)
     axes.legend(frameon=False)
     return figure
@@ -48,9 +47,7 @@ def learning_figure(rows: Sequence[Mapping[str, Any]], groups: Sequence[str]) ->
         axes.fill_between(steps, low, high, color=colour, alpha=0.15, linewidth=0)
     seen = [np.nan if row["success_in_training"] is None else row["success_in_training"] for row in rows]
     axes.plot(steps, seen, "--", color="#888888", label="in training")
-    axes.set_xlabel("steps")
-    axes.set_ylabel("runs at the goal")
-    axes.set_ylim(0.0, 1.0)
+    axes.set(xlabel="steps", ylabel="runs at the goal", ylim=(0.0, 1.0))
     axes.grid(alpha=0.3)
     axes.legend(frameon=False)
     return figure
@@ -93,8 +90,7 @@ def spread_figure(
             axes.fill_between(np.asarray(x), low, high, where=on, color=look["color"], alpha=alpha, linewidth=0)
         shown += [edge[on] for edge in (mean - spread, np.minimum(mean + spread, highest))]
     _limit(axes, np.concatenate([*shown, []]))
-    axes.set_xlabel(xlabel)
-    axes.set_ylabel("best fitness, mean and SD (lower is better)")
+    axes.set(xlabel=xlabel, ylabel="best fitness, mean and SD (lower is better)")
     axes.grid(alpha=0.3)
     _legend_below(figure)
     return figure
@@ -209,8 +205,7 @@ def curse_figure(
         for marker, beyond in (("^", off[:, 1] >= highest), (">", off[:, 1] < highest)):
             axes.plot(*np.minimum(off[beyond], edge).T, linestyle="", color=look["color"], marker=marker, alpha=0.75)
     axes.plot([low, high], [low, high], color="#888888", linewidth=1, linestyle="--")
-    axes.set_xlabel("reported fitness (seeds of the search)")
-    axes.set_ylabel("median held-out fitness")
+    axes.set(xlabel="reported fitness (seeds of the search)", ylabel="median held-out fitness")
     axes.grid(alpha=0.3)
     _legend_below(figure)
     return figure
@@ -228,8 +223,7 @@ def critical_difference_figure(names: Sequence[str], ranks: ArrayLike, differenc
     for level, (low, high) in enumerate(_cliques(values[order], difference)):
         axes.plot([low, high], [0.35 + 0.25 * level] * 2, color=COLOURS[0], linewidth=4, solid_capstyle="round")
     axes.axhline(0, color="#222222", linewidth=1.2)
-    axes.set_xlim(0.8, len(names) + 0.3)
-    axes.set_xticks(range(1, len(names) + 1))
+    axes.set(xlim=(0.8, len(names) + 0.3), xticks=range(1, len(names) + 1))
     axes.xaxis.set_ticks_position("top")
     axes.set_yticks([])
     axes.spines[:].set_visible(False)
@@ -262,8 +256,7 @@ def lorenz_figure(times: Sequence[ArrayLike], titles: Sequence[str]) -> Figure:
         ordered = np.sort(np.asarray(values, dtype=float))
         share = np.concatenate([[0.0], np.cumsum(ordered) / ordered.sum()])
         axes.plot(np.linspace(0, 1, len(share)), share, linestyle="-", label=title, **_look(titles, title))
-    axes.set_xlabel("share of controllers")
-    axes.set_ylabel("share of travel time")
+    axes.set(xlabel="share of controllers", ylabel="share of travel time")
     axes.legend(frameon=False)
     return figure
 

@@ -41,8 +41,7 @@ def history_figure(trials: Rows, column: str) -> Figure:
             axes.yaxis.get_minor_locator().set_params(subs=(2.0, 5.0))
         axes.yaxis.set_minor_formatter("{x:g}")
     axes.yaxis.set_major_formatter("{x:g}")
-    axes.set_xlabel("trial")
-    axes.set_ylabel(f"{column} (lower is better)")
+    axes.set(xlabel="trial", ylabel=f"{column} (lower is better)")
     axes.grid(alpha=0.3, which="both")
     figure.legend(loc="outside lower center", frameon=False, fontsize=8, ncols=4)
     return figure
@@ -88,8 +87,7 @@ def front_figure(trials: Rows, finalists: Rows, front: Sequence[int], columns: S
     axes.plot(of_trial[0][first], of_trial[0][second], "s", color=COLOURS[1], label="own values")
     for row in line:
         axes.annotate(str(row["trial"]), (row[first], row[second]), (4, 4), textcoords="offset points", fontsize=8)
-    axes.set_xlabel(f"{first} (lower is better)")
-    axes.set_ylabel(f"{second} (lower is better)")
+    axes.set(xlabel=f"{first} (lower is better)", ylabel=f"{second} (lower is better)")
     axes.grid(alpha=0.3)
     axes.legend(frameon=False)
     return figure

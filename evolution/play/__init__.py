@@ -11,14 +11,4 @@ from evolution.play.plans import FILE, Given
 from evolution.play.scenes import sampled, scene_of
 from evolution.play.server import Beginning, export_session, serve
 
-__all__ = [
-    "FILE",
-    "AskRandom",
-    "Beginning",
-    "Given",
-    "WorldSettings",
-    "export_session",
-    "sampled",
-    "scene_of",
-    "serve",
-]
+__all__ = ["FILE", "AskRandom", "Beginning", "Given", "WorldSettings", "export_session", "sampled", "scene_of", "serve"]

@@ -76,11 +76,7 @@ class AtlasSearch:
 
 
 def search_atlas(
-    experiment: Experiment,
-    settings: AtlasSettings,
-    evaluator: Evaluator,
-    *,
-    on_step: OnStep = lambda _: None,
+    experiment: Experiment, settings: AtlasSettings, evaluator: Evaluator, *, on_step: OnStep = lambda _: None
 ) -> AtlasSearch:
     """Fill an atlas, and re-evaluate it on held-out seeds, without writing anything.
 
@@ -103,13 +99,7 @@ def search_atlas(
 class _Search:
     """The state of a search."""
 
-    def __init__(
-        self,
-        experiment: Experiment,
-        settings: AtlasSettings,
-        evaluator: Evaluator,
-        on_step: OnStep,
-    ) -> None:
+    def __init__(self, experiment: Experiment, settings: AtlasSettings, evaluator: Evaluator, on_step: OnStep) -> None:
         plan = JobPlan(experiment.controllers, experiment.run, experiment.search.seed)
         settings.check(plan.names)
         self.settings = settings

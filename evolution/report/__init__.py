@@ -10,15 +10,13 @@ from evolution.report.atlas_page import write_atlas_report
 from evolution.report.benchmark_page import verdict_of_benchmark, write_benchmark_report
 from evolution.report.comparison_page import write_comparison_report
 from evolution.report.minimized_page import write_minimized_report
-from evolution.report.page import Attachment, Section, Table, picture
+from evolution.report.page import Section, Table, picture
 from evolution.report.run_page import changed_replays, replay_page
 from evolution.report.sections import SECTIONS
-from evolution.report.writing import REPORT, new_page, write_report
+from evolution.report.writing import new_page, write_report
 
 __all__ = [
-    "REPORT",
     "SECTIONS",
-    "Attachment",
     "Section",
     "Table",
     "changed_replays",

@@ -64,11 +64,6 @@ class Attachment:
     content: bytes
 
     @property
-    def caption(self) -> str:
-        """The name, under a picture."""
-        return self.name
-
-    @property
     def wide(self) -> bool:
         """Whether it is a PNG more than twice as wide as high, which is shown over the whole width of the page."""
         if not self.content.startswith(PNG):

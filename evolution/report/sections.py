@@ -60,10 +60,7 @@ def figures_section(run: LoadedRun) -> Section:
 
 
 SECTIONS: Registry[Callable[[LoadedRun], Section | None]] = Registry(
-    "report section",
-    "report_sections",
-    {"tables": tables_section, "figures": figures_section},
-    check=must_be_callable,
+    "report section", "report_sections", {"tables": tables_section, "figures": figures_section}, check=must_be_callable
 )
 """The sections by name. The built-in ones, those of installed packages, and registered ones are on every page."""
 

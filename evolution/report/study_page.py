@@ -19,7 +19,6 @@ from evolution.studies import (
     StudyFigure,
     StudyResults,
     StudyRun,
-    analyse,
     held_out_rows,
     load_study,
     map_rows,
@@ -125,20 +124,16 @@ RUNS = {
 
 
 def report_of_study(
-    results: StudyResults,
-    best_sets: Sequence[BestSet] = (),
-    figures: Sequence[StudyFigure] = (),
-    analysis: StudyAnalysis | None = None,
+    analysis: StudyAnalysis, best_sets: Sequence[BestSet] = (), figures: Sequence[StudyFigure] = ()
 ) -> Report:
     """Return the report of a study, finished or not.
 
     Args:
-        results: The study.
+        analysis: The study with its comparisons.
         best_sets: What :func:`evolution.studies.analysis.figures.drive_best_sets` returned, for the replays.
         figures: What :func:`evolution.studies.analysis.figures.write_study_figures` returned.
-        analysis: The study's comparisons, if they are there already.
     """
-    settings, analysis = results.settings, analysis or analyse(results)
+    results, settings = analysis.results, analysis.results.settings
     controllers = dict.fromkeys(name for run in results.runs for name in run.experiment.names)
     return Report(
         title=f"Study: {settings.name}",
@@ -148,7 +143,7 @@ def report_of_study(
             f"controllers {', '.join(controllers) or 'unknown'}; "
             f"{counted(len(results.runs), 'search', 'searches')} finished"
         ),
-        verdict=verdict_of(results, analysis),
+        verdict=verdict_of(analysis),
         command=_command(results),
         configuration=_configuration(results),
         maps=[shown for best in best_sets for shown in _replayed(best)],

@@ -138,16 +138,15 @@ def _run_report(request: _Request) -> Report:
 def _study_report(request: _Request) -> Report:
     analysis = request.analysis or analyse(load_results(request.path))
     results = analysis.results
-    elsewhere = replace(results, path=request.folder)
-    write_tables(elsewhere, analysis)
+    write_tables(analysis, request.folder)
     request.on_step(
         f"re-running the best map set of {counted(len(results.by_configuration), 'configuration')} for the replays"
     )
     best_sets = drive_best_sets(results)
     for line in refused_replays(best_sets):
         request.on_step(line)
-    figures = write_study_figures(elsewhere, best_sets, analysis, request.formats)
-    return report_of_study(results, best_sets, figures, analysis)
+    figures = write_study_figures(analysis, best_sets, request.folder, request.formats)
+    return report_of_study(analysis, best_sets, figures)
 
 
 def _tuning_report(request: _Request) -> Report:

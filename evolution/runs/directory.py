@@ -130,11 +130,6 @@ class RunDir:
         return cls(path, config)
 
     @property
-    def store_path(self) -> Path:
-        """Where this run keeps its results, unless it shares a store."""
-        return self.path / STORE
-
-    @property
     def checkpoint(self) -> Mapping[str, Any] | None:
         """Content of ``checkpoint.json``; None before the end of the first generation."""
         path = self.path / CHECKPOINT

@@ -184,11 +184,7 @@ class Archive:
         )
 
     def _drive_stages(
-        self,
-        repeats: Mapping[str, int],
-        stages: Stages,
-        since: Mapping[str, int],
-        going_on: GoingOn | None = None,
+        self, repeats: Mapping[str, int], stages: Stages, since: Mapping[str, int], going_on: GoingOn | None = None
     ) -> None:
         """Drive maps stage by stage until a run fails; failures before the repeat ``since`` do not count."""
         names, begun = list(repeats), {name for name in repeats if self.repeats_of(name) > since[name]}

@@ -30,10 +30,10 @@ from evolution.studies.analysis.tables import (
     write_tables,
 )
 from evolution.studies.analysis.verdict import verdict_of
-from evolution.studies.directory import STUDY, StudyDir
+from evolution.studies.directory import STUDY
 from evolution.studies.kinds import AnyStudy, load_definition, study_in
 from evolution.studies.running import StudyProgress, run_study
-from evolution.studies.settings import Configuration, ReevaluationSettings, StudySettings, load_study, study_names
+from evolution.studies.settings import Configuration, StudySettings, load_study, study_names
 from evolution.studies.sweep.running import SWEEP, SweepResults, load_sweep, run_sweep
 from evolution.studies.sweep.settings import SweepSettings
 
@@ -44,9 +44,7 @@ __all__ = [
     "BestSet",
     "Comparison",
     "Configuration",
-    "ReevaluationSettings",
     "StudyAnalysis",
-    "StudyDir",
     "StudyFigure",
     "StudyProgress",
     "StudyResults",

@@ -21,7 +21,7 @@ from typing import Any
 from pydantic import FiniteFloat
 
 from evolution.files import DirectoryKind, Document, check, read_json, write_json
-from evolution.runs import CONFIG, STORE, RunDir
+from evolution.runs import CONFIG, RunDir
 from evolution.studies.settings import StudySettings
 from gym_mapbench.errors import ConfigError, RunError
 from gym_mapbench.trust import refuse_code
@@ -116,11 +116,6 @@ class StudyDir:
         begun = {**self.config, **_document(self.settings)}
         STUDY.check_resumed(self.path, begun, _document(settings, models), _by_name)
         self.read_resolved()
-
-    @property
-    def store_path(self) -> Path:
-        """Where all runs keep their results."""
-        return self.path / STORE
 
     def run_path(self, configuration: str, seed: int) -> Path:
         """Run directory of one run."""

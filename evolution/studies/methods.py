@@ -7,20 +7,10 @@ from dataclasses import replace
 from pathlib import Path
 
 from evolution.driving import Evaluator
-from evolution.runs import (
-    CONFIG,
-    LoadedRun,
-    RunDir,
-    chosen_by,
-    driven_maps,
-    load_run,
-    results_in,
-    validation_in,
-)
+from evolution.runs import CONFIG, LoadedRun, RunDir, chosen_by, driven_maps, load_run, results_in, validation_in
 from evolution.search import (
     Evaluation,
     Experiment,
-    Fitness,
     Progress,
     Record,
     ValidationResult,
@@ -50,75 +40,60 @@ def run_task(task: Task, directory: StudyDir, evaluator: Evaluator, on_generatio
         ConfigError: If the run directory was made for another experiment.
         RunError: If a replay differs from the recorded run, or no worker starts.
     """
-    if task.configuration.method == "best_triple":
-        choose_best_triple(task, directory)
-    elif task.configuration.method == "again":
-        take_best(task, directory)
-    elif task.configuration.method == "path_length":
-        search_by_path_length(task, directory, evaluator, on_generation)
-    else:
-        search(directory.run_path(task.configuration.name, task.seed), task.experiment, evaluator, on_generation)
-
-
-def search(
-    path: Path,
-    experiment: Experiment,
-    evaluator: Evaluator,
-    on_generation: OnGeneration,
-    fitness: Fitness | None = None,
-) -> None:
-    """Begin or continue a search in its run directory, with ``fitness`` instead of the experiment's if it is given."""
-    rundir = opened(path, experiment)
-    if not rundir.finished:
-        evolve(experiment, evaluator, rundir, on_generation=on_generation, fitness=fitness)
-
-
-def choose_best_triple(task: Task, directory: StudyDir) -> None:
-    """Record, for each generation of another run, the exact best set of all its maps so far."""
-    rundir = opened(directory.run_path(task.configuration.name, task.seed), task.experiment)
+    configuration = task.configuration
+    rundir = opened(directory.run_path(configuration.name, task.seed), task.experiment)
     if rundir.finished:
         return
-    parent = load_run(directory.run_path(str(task.configuration.of), task.seed))
-    search, results = task.experiment.search, driven_maps(parent)
+    if configuration.method == "best_triple":
+        choose_best_triple(task.experiment, rundir, load_run(directory.run_path(str(configuration.of), task.seed)))
+    elif configuration.method == "again":
+        take_best(task.experiment, rundir, load_run(directory.run_path(str(configuration.of), task.seed)))
+    elif configuration.method == "path_length":
+        path = directory.search_path(configuration.name, task.seed)
+        search_by_path_length(task.experiment, rundir, path, evaluator, on_generation)
+    else:
+        evolve(task.experiment, evaluator, rundir, on_generation=on_generation)
+
+
+def choose_best_triple(experiment: Experiment, rundir: RunDir, parent: LoadedRun) -> None:
+    """Record, for each generation of another run, the exact best set of all its maps so far."""
+    results = driven_maps(parent)
     first = driven_maps(parent, until=1)
-    fitness = task.experiment.fitness.calibrated([(one,) for one in first.values()])
+    fitness = experiment.fitness.calibrated([(one,) for one in first.values()])
     chosen = []
     for row in parent.generations:
-        names = best_set(driven_maps(parent, until=row["generation"]), fitness, search.maps_per_set)
+        names = best_set(driven_maps(parent, until=row["generation"]), fitness, experiment.search.maps_per_set)
         sets = tuple(results[name] for name in names)
-        chosen.append((row["evaluations"], Evaluation(_map_set(names, parent, task.experiment), sets, fitness(sets))))
-    record_sets(rundir, task.experiment, chosen, fitness.cluster_scale)
+        chosen.append((row["evaluations"], Evaluation(_map_set(names, parent, experiment), sets, fitness(sets))))
+    record_sets(rundir, experiment, chosen, fitness.cluster_scale)
 
 
-def take_best(task: Task, directory: StudyDir) -> None:
+def take_best(experiment: Experiment, rundir: RunDir, parent: LoadedRun) -> None:
     """Record the best set of another run, with its held-out fitness if the fitness is the same."""
-    rundir = opened(directory.run_path(task.configuration.name, task.seed), task.experiment)
-    if rundir.finished:
-        return
-    parent = load_run(directory.run_path(str(task.configuration.of), task.seed))
     scale = parent.checkpoint["cluster_scale"]
     results = results_in(parent.best_results, parent.controllers)
-    judged = replace(task.experiment.fitness, cluster_scale=scale)(results)
-    validation = validation_in(parent.best_results) if task.experiment.search.validation else None
+    judged = replace(experiment.fitness, cluster_scale=scale)(results)
+    validation = validation_in(parent.best_results) if experiment.search.validation else None
     if validation is not None:
         judged = replace(judged, objectives=(validation.fitness,), **chosen_by(parent.best_results, parent.controllers))
     best = Evaluation(parent.best, results, judged)
-    record_sets(rundir, task.experiment, [(parent.checkpoint["evaluations"], best)], scale, validation)
+    record_sets(rundir, experiment, [(parent.checkpoint["evaluations"], best)], scale, validation)
 
 
-def search_by_path_length(task: Task, directory: StudyDir, evaluator: Evaluator, on_generation: OnGeneration) -> None:
-    """Search for long paths, then run all controllers on the best set."""
-    rundir = opened(directory.run_path(task.configuration.name, task.seed), task.experiment)
-    if rundir.finished:
-        return
-    path, without = directory.search_path(task.configuration.name, task.seed), planned(task.experiment)
+def search_by_path_length(
+    experiment: Experiment, rundir: RunDir, path: Path, evaluator: Evaluator, on_generation: OnGeneration
+) -> None:
+    """Search for long paths in a directory of its own, then run all controllers on the best set."""
+    without = planned(experiment)
     fitness = PathLengthFitness.of(without.search.judging, without.run.time_limit)
-    search(path, without, evaluator, on_generation, fitness=fitness)
+    searched = opened(path, without)
+    if not searched.finished:
+        evolve(without, evaluator, searched, on_generation=on_generation, fitness=fitness)
     found = load_run(path)
-    (results,) = evaluator.evaluate([found.best], task.experiment.plan)
-    judge = task.experiment.fitness
+    (results,) = evaluator.evaluate([found.best], experiment.plan)
+    judge = experiment.fitness
     chosen = [(found.checkpoint["evaluations"], Evaluation(found.best, results, judge(results)))]
-    record_sets(rundir, task.experiment, chosen, judge.cluster_scale)
+    record_sets(rundir, experiment, chosen, judge.cluster_scale)
 
 
 def opened(path: Path, experiment: Experiment) -> RunDir:

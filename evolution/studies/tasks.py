@@ -37,10 +37,7 @@ class Task:
 
 
 def make_task(
-    settings: StudySettings,
-    configuration: Configuration,
-    seed: int,
-    taken: Mapping[str, dict[str, Any]],
+    settings: StudySettings, configuration: Configuration, seed: int, taken: Mapping[str, dict[str, Any]]
 ) -> Task:
     """Build one run's experiment.
 

@@ -14,13 +14,7 @@ from numpy.typing import NDArray
 
 from controllers.learned import Features
 from evolution.files import locked
-from evolution.training.algorithms import (
-    check_model,
-    is_sound,
-    make_model,
-    tensorboard_is_installed,
-    threads,
-)
+from evolution.training.algorithms import check_model, is_sound, make_model, tensorboard_is_installed, threads
 from evolution.training.continuing import continued_model, load_experience, load_statistics, saved_steps
 from evolution.training.directory import (
     BUFFER,

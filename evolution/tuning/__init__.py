@@ -9,7 +9,7 @@ from __future__ import annotations
 
 from evolution.tuning.objectives import OBJECTIVES
 from evolution.tuning.parameter_text import ParameterText, text_of_file, text_of_settings, writable_space
-from evolution.tuning.plan import TuningPlan, check_maps
+from evolution.tuning.plan import TuningPlan
 from evolution.tuning.replays import drive_test
 from evolution.tuning.results import FIGURES, PARAMS, TRIALS, TUNING, Tuning, load_tuning
 from evolution.tuning.running import run_tuning
@@ -41,7 +41,6 @@ __all__ = [
     "TuneSettings",
     "Tuning",
     "TuningPlan",
-    "check_maps",
     "drive_test",
     "load_tuning",
     "optuna",

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
@@ -72,10 +72,11 @@ def run_tuning(
     with exclusive_evaluator(TUNING, path, resources, run_job, [plan.jobs_with(None)], on_run) as evaluator:
         rounds = search_in_rounds(plan, evaluator, on_trial)
         finalists = validate(rounds[-1].plan, rounds[-1].searched.trials, evaluator)
-        winner = front_of(finalists)[0]
+        front = front_of(finalists)
+        winner = front[0]
         of_rounds = matrix(rounds, winner.values, evaluator) if len(rounds) > 1 else []
         test = judge(plan, winner, evaluator)
-        _write(_Outcome(rounds, finalists, of_rounds, test), text, path)
+        _write(_Outcome(rounds, finalists, front, of_rounds, test), text, path)
     return load_tuning(path)
 
 
@@ -85,12 +86,9 @@ class _Outcome:
 
     rounds: list[Round]
     finalists: list[Finalist]
+    front: list[Finalist]
     matrix: list[Row]
     test: list[Row]
-    front: list[Finalist] = field(init=False)
-
-    def __post_init__(self) -> None:
-        object.__setattr__(self, "front", front_of(self.finalists))
 
     @property
     def plan(self) -> TuningPlan:
@@ -132,11 +130,7 @@ class _Outcome:
             "controller": self.plan.controller,
             "objectives": list(self.plan.settings.objectives),
             "winner": self.winner.number,
-            "runs": {
-                "search": sum(len(one.rows) for one in trials),
-                "validation": validated,
-                "test": len(self.test),
-            },
+            "runs": {"search": sum(len(one.rows) for one in trials), "validation": validated, "test": len(self.test)},
             "changes": [{"parameter": k, "before": self.plan.own[k], "after": v} for k, v in changed.items()],
             "finalists": [self._finalist_row(one) for one in self.finalists],
             "front": [one.number for one in self.front],

@@ -129,11 +129,7 @@ def _begin(plan: TuningPlan, sampling: Sampling, number: int) -> Trial:
 
 
 def _step(
-    plan: TuningPlan,
-    sampling: Sampling,
-    before: Sequence[Trial],
-    running: Sequence[Trial],
-    evaluator: Evaluator,
+    plan: TuningPlan, sampling: Sampling, before: Sequence[Trial], running: Sequence[Trial], evaluator: Evaluator
 ) -> None:
     """Run every trial of a batch on its next maps, and decide which go on."""
     jobs = {(trial.number, place): _job(plan, trial, place) for trial in running for place in _next(plan, trial)}

@@ -19,13 +19,7 @@ from controllers.rpp.lyrical import LyricalRppFollower
 from evolution.validation.measures import Cases, Measure
 from evolution.validation.oracle import Oracle, Preset, ragged
 from evolution.validation.recorded import Arrays
-from evolution.validation.setup import (
-    follower_setup,
-    full_costmaps,
-    make_follower,
-    make_planner,
-    path_handler_of,
-)
+from evolution.validation.setup import follower_setup, full_costmaps, make_follower, make_planner, path_handler_of
 from gym_mapbench.costmap import Costmap
 from gym_mapbench.errors import NoPathError
 from gym_mapbench.planners.navfn import NavfnPlanner

@@ -117,8 +117,7 @@ class JudgingSettings(PatternSettings, ExtendedSettings):
             )
         if FITNESSES.get(self.fitness).solved_only and not policy.excludes:
             raise OptionError(
-                "failures",
-                f"expected 'exclude' with fitness {self.fitness!r}, got {name!r}: it makes failures equal",
+                "failures", f"expected 'exclude' with fitness {self.fitness!r}, got {name!r}: it makes failures equal"
             )
         return self
 

@@ -96,11 +96,7 @@ class Mutator:
         return (varied, names) if varied.bodies else (scenario, ())
 
     def _vary_walls(
-        self,
-        scenario: Scenario,
-        rng: np.random.Generator,
-        chances: Mapping[str, float] | None,
-        mates: Sequence[Genome],
+        self, scenario: Scenario, rng: np.random.Generator, chances: Mapping[str, float] | None, mates: Sequence[Genome]
     ) -> tuple[Scenario, tuple[str, ...]]:
         """Return a map without people, its walls changed."""
         chances = chances or self.probabilities(scenario)

@@ -44,34 +44,8 @@ def scenario_of(drawn: Cells | DrawnMap, shapes: ShapeSettings) -> Scenario:
     return scenario_on(drawn, shapes)
 
 
-def sample_map_set(
-    rng: np.random.Generator,
-    maps_per_set: int,
-    shapes: ShapeSettings,
-    draw_map: DrawMap = sample_map,
-    people: PeopleSettings = NOBODY,
-) -> MapSet:
-    """Return one sampled individual.
-
-    Raises:
-        ConfigError: If there are people and none of 20 maps has room for one.
-    """
-    return MapSet(tuple(_sample_scenario(rng, shapes, draw_map, people) for _ in range(maps_per_set)))
-
-
-def _sample_scenario(
-    rng: np.random.Generator, shapes: ShapeSettings, draw_map: DrawMap, people: PeopleSettings
-) -> Scenario:
-    """Return a sampled map, with people if there are any."""
-    for _ in range(MAX_MAPS):
-        scenario = with_people(scenario_of(draw_map(rng, shapes), shapes), people, rng)
-        if scenario.bodies or not people.count:
-            return scenario
-    raise ConfigError(f"people: expected maps with room for a person, got none in {MAX_MAPS} samples")
-
-
 class MapSampling(Sampling):  # type: ignore[misc]
-    """:func:`sample_map_set` as a pymoo operator.
+    """Samples maps and individuals; an operator of pymoo.
 
     Args:
         maps_per_set: Maps in an individual.
@@ -81,11 +55,7 @@ class MapSampling(Sampling):  # type: ignore[misc]
     """
 
     def __init__(
-        self,
-        maps_per_set: int,
-        shapes: ShapeSettings,
-        draw_map: DrawMap = sample_map,
-        people: PeopleSettings = NOBODY,
+        self, maps_per_set: int, shapes: ShapeSettings, draw_map: DrawMap = sample_map, people: PeopleSettings = NOBODY
     ) -> None:
         super().__init__()
         self.maps_per_set = maps_per_set
@@ -94,9 +64,20 @@ class MapSampling(Sampling):  # type: ignore[misc]
         self.people = people
 
     def draw(self, rng: np.random.Generator) -> Scenario:
-        """Return one sampled map."""
-        return _sample_scenario(rng, self.shapes, self.draw_map, self.people)
+        """Return one sampled map, with people if there are any.
+
+        Raises:
+            ConfigError: If there are people and none of 20 maps has room for one.
+        """
+        for _ in range(MAX_MAPS):
+            scenario = with_people(scenario_of(self.draw_map(rng, self.shapes), self.shapes), self.people, rng)
+            if scenario.bodies or not self.people.count:
+                return scenario
+        raise ConfigError(f"people: expected maps with room for a person, got none in {MAX_MAPS} samples")
+
+    def draw_set(self, rng: np.random.Generator) -> MapSet:
+        """Return one sampled individual."""
+        return MapSet(tuple(self.draw(rng) for _ in range(self.maps_per_set)))
 
     def _do(self, _problem: Any, n_samples: int, *_: Any, random_state: np.random.Generator, **__: Any) -> Column:
-        options = self.maps_per_set, self.shapes, self.draw_map, self.people
-        return as_column([sample_map_set(random_state, *options) for _ in range(n_samples)])
+        return as_column([self.draw_set(random_state) for _ in range(n_samples)])

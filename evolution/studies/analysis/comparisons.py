@@ -26,7 +26,7 @@ from evolution.statistics import (
     summarize,
 )
 from evolution.studies.analysis.judges import Groups, Judge, judges_of
-from evolution.studies.analysis.results import StudyResults, StudyRun
+from evolution.studies.analysis.results import StudyResults, StudyRun, reevaluated
 
 Quantity = Literal["fitness", "held_out_fitness"]
 QUANTITIES: dict[Quantity, str] = {"fitness": "reported", "held_out_fitness": "held out"}
@@ -113,31 +113,15 @@ def analyse(results: StudyResults) -> StudyAnalysis:
     return StudyAnalysis(results, judges, tuple(one for judge in judges for one in _comparisons(judge)))
 
 
-def compare(results: StudyResults) -> list[Comparison]:
-    """Return the comparisons of :func:`analyse` alone."""
-    return list(analyse(results).comparisons)
-
-
 def value_of(run: StudyRun, quantity: Quantity) -> float:
-    """One run's value of a quantity.
-
-    Raises:
-        ValueError: If ``held_out_fitness`` is asked for and the run was not re-evaluated.
-    """
-    if quantity == "fitness":
-        return run.fitness
-    if run.reevaluation is None:
-        raise ValueError(f"{run.path}: not re-evaluated")
-    return run.reevaluation.fitness
+    """One run's value of a quantity; ``held_out_fitness`` is that of a re-evaluated run."""
+    return run.fitness if quantity == "fitness" else run.held_out.fitness
 
 
 def _comparisons(judge: Judge) -> list[Comparison]:
     found = []
     for quantity in QUANTITIES:
-        measured = {
-            name: [run for run in runs if quantity == "fitness" or run.reevaluation is not None]
-            for name, runs in judge.groups.items()
-        }
+        measured = {name: runs if quantity == "fitness" else reevaluated(runs) for name, runs in judge.groups.items()}
         measured = {name: runs for name, runs in measured.items() if runs}
         if measured:
             found.append(_comparison(judge, quantity, measured))

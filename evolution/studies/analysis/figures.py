@@ -30,9 +30,9 @@ from evolution.pictures import (
     times_figure,
 )
 from evolution.runs import LoadedRun, load_run
-from evolution.studies.analysis.comparisons import QUANTITIES, Comparison, StudyAnalysis, analyse
+from evolution.studies.analysis.comparisons import QUANTITIES, Comparison, StudyAnalysis
 from evolution.studies.analysis.judges import Judge
-from evolution.studies.analysis.results import StudyResults, StudyRun
+from evolution.studies.analysis.results import StudyResults, StudyRun, reevaluated
 from gym_mapbench.errors import MapBenchError, UntrustedError
 
 if TYPE_CHECKING:
@@ -91,21 +91,17 @@ def _driven(run: StudyRun) -> BestSet:
 
 
 def write_study_figures(
-    results: StudyResults,
-    best_sets: Sequence[BestSet],
-    analysis: StudyAnalysis | None = None,
-    formats: Sequence[str] = FORMATS,
+    analysis: StudyAnalysis, best_sets: Sequence[BestSet], directory: Path, formats: Sequence[str] = FORMATS
 ) -> list[StudyFigure]:
-    """Draw every figure of a study into ``figures/``.
+    """Draw every figure of a study into ``figures/`` of a directory.
 
     Args:
-        results: The study.
+        analysis: The comparisons of the study.
         best_sets: As :func:`drive_best_sets` returns them.
-        analysis: The study's comparisons, if they are there already.
+        directory: The directory.
         formats: PNG first.
     """
-    folder = results.path / FIGURES
-    analysis = analysis or analyse(results)
+    folder = directory / FIGURES
     judged = [_Judged(folder, formats, judge, analysis.of(judge)) for judge in analysis.judges]
     figures = [figure for one in judged for figure in one.draw()]
     return figures + [figure for best in best_sets for figure in _best_set_figures(folder, formats, best)]
@@ -152,9 +148,8 @@ class _Judged:
         """Held-out fitness over reported fitness, if a run is re-evaluated."""
         points = {}
         for name, runs in self.judge.groups.items():
-            if again := [run for run in runs if run.reevaluation is not None]:
-                held_out = [run.reevaluation.fitness_as_searched for run in again if run.reevaluation]
-                points[name] = [run.fitness for run in again], held_out
+            if again := reevaluated(runs):
+                points[name] = [run.fitness for run in again], [run.held_out.fitness_as_searched for run in again]
         if not points:
             return []
         caption = (

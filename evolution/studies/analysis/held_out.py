@@ -10,7 +10,7 @@ from collections.abc import Sequence
 import numpy as np
 
 from evolution.files import Row
-from evolution.studies.analysis.results import StudyResults, StudyRun
+from evolution.studies.analysis.results import StudyResults, StudyRun, reevaluated
 from evolution.studies.former_names import StudyRow
 from gym_mapbench.world.noise import read_noise
 
@@ -18,8 +18,8 @@ from gym_mapbench.world.noise import read_noise
 def selected_sets(runs: Sequence[StudyRun]) -> list[StudyRun]:
     """Return the re-evaluated runs whose search ran controllers, each set of a seed once."""
     found: dict[tuple[int, str], StudyRun] = {}
-    for run in runs:
-        if run.reevaluation is not None and run.configuration.method != "path_length":
+    for run in reevaluated(runs):
+        if run.configuration.method != "path_length":
             found.setdefault((run.seed, run.best_results["map_set"]), run)
     return list(found.values())
 
@@ -33,7 +33,7 @@ def rank_agreement(runs: Sequence[StudyRun]) -> tuple[float, float]:
         Fraction of trials in which the maps have the ranks of the search, of the trials in which every map has a score
         (NaN if there are none); and the fraction of these among all trials (NaN if no set has ranks).
     """
-    ranked = [run.reevaluation for run in runs if run.reevaluation is not None and None not in run.reevaluation.scores]
+    ranked = [run.held_out for run in reevaluated(runs) if None not in run.held_out.scores]
     kept = [kept for reevaluation in ranked for kept in reevaluation.ranks_kept]
     trials = sum(len(reevaluation.trials) for reevaluation in ranked)
     return float(np.mean(kept)) if kept else float("nan"), len(kept) / trials if trials else float("nan")
@@ -54,15 +54,10 @@ def conditions(run: StudyRun, results: StudyResults) -> str:
 
 def held_out_rows(results: StudyResults) -> list[Row]:
     """Return a row for every configuration with re-evaluated runs: reported and held-out fitness, and their bias."""
-    return [
-        _row(name, again)
-        for name, runs in results.by_configuration.items()
-        if (again := [run for run in runs if run.reevaluation is not None])
-    ]
+    return [_row(name, runs) for name, runs in results.reevaluated.items()]
 
 
 def _row(name: str, runs: Sequence[StudyRun]) -> Row:
-    found = [run.reevaluation for run in runs if run.reevaluation is not None]
     kept, solved = rank_agreement(runs)
     return StudyRow(
         {
@@ -70,10 +65,10 @@ def _row(name: str, runs: Sequence[StudyRun]) -> Row:
             "repeats": runs[0].experiment.search.repeats,
             "n": len(runs),
             "reported_fitness": float(np.median([run.fitness for run in runs])),
-            "held_out_fitness": float(np.median([one.fitness_as_searched for one in found])),
+            "held_out_fitness": float(np.median([run.held_out.fitness_as_searched for run in runs])),
             "selection_bias": float(np.median([run.selection_bias for run in runs])),
             "solved": solved,
             "rank_agreement": kept,
-            "held_out_success_rate": float(np.mean([one.success_rate for one in found])),
+            "held_out_success_rate": float(np.mean([run.held_out.success_rate for run in runs])),
         }
     )

@@ -31,15 +31,12 @@ def reported_fitness_rows(results: StudyResults) -> list[Row]:
     ``mean_trial`` is the median over the runs of the mean held-out trial (:attr:`Reevaluation.mean_trial`).
     ``within_half`` is the share of runs whose reported and held-out fitness differ by 0.5 at most, and
     ``within_half_repeated`` that of two re-evaluations of the same set (:func:`repeatability`).
+    ``rank_agreement`` is the share of all trials in which every map has a score and its rank in the search.
     ``a12`` is the fraction of pairs of runs in which this configuration has the better held-out fitness than the
     configuration ``against``: the first one with the same fitness of a trial and the same world. Ties count half.
     ``p_holm`` is the p-value of the Mann-Whitney test of the two, with Holm's correction over all tested rows.
     """
-    groups = {
-        name: again
-        for name, runs in results.by_configuration.items()
-        if (again := [run for run in runs if run.reevaluation is not None])
-    }
+    groups = results.reevaluated
     rows = [_row(name, runs, _reference(runs, groups)) for name, runs in groups.items()]
     tested = [row for row in rows if row["p_holm"] is not None]
     for row, p_value in zip(tested, holm([row["p_holm"] for row in tested]), strict=True):
@@ -48,11 +45,11 @@ def reported_fitness_rows(results: StudyResults) -> list[Row]:
 
 
 def _row(name: str, runs: Sequence[StudyRun], reference: Sequence[StudyRun]) -> Row:
-    reevaluations = [run.reevaluation for run in runs if run.reevaluation is not None]
-    held_out, reported = np.array([_held_out(run) for run in runs]), np.array([run.fitness for run in runs])
+    reevaluations = [run.held_out for run in runs]
+    held_out, reported = np.array([run.held_out.fitness for run in runs]), np.array([run.fitness for run in runs])
     low, high = median_interval(held_out)
     same = [run.seed for run in reference] == [run.seed for run in runs] and reference[0].path == runs[0].path
-    others = [_held_out(run) for run in reference]
+    others = [run.held_out.fitness for run in reference]
     one_scale = len({run.best_results["cluster_scale"] for run in (*runs, *reference)}) == 1
     tested = not same and one_scale and len(runs) > 1 and len(others) > 1
     return StudyRow(
@@ -70,7 +67,7 @@ def _row(name: str, runs: Sequence[StudyRun], reference: Sequence[StudyRun]) -> 
                 repeatability([one.fitness for one in again.trials]) for again in reevaluations
             ),
             "held_out_success_rate": fmean(one.success_rate for one in reevaluations),
-            "rank_agreement": fmean(agreement_over_all(run) for run in runs),
+            "rank_agreement": fmean(sum(one.ranks_kept) / len(one.trials) for one in reevaluations),
             "roles": fmean(fills_roles(one.results) for one in reevaluations),
             "against": reference[0].configuration.name if tested else "",
             "a12": vargha_delaney_a12(others, held_out) if tested else None,
@@ -93,11 +90,6 @@ def repeatability(trials: Sequence[float]) -> float:
     return float(np.mean(np.abs(first - second) <= CLOSE))
 
 
-def _held_out(run: StudyRun) -> float:
-    assert run.reevaluation is not None
-    return run.reevaluation.fitness
-
-
 def _reference(runs: Sequence[StudyRun], groups: dict[str, list[StudyRun]]) -> list[StudyRun]:
     """Return the runs of the first configuration with the same fitness of a trial and the same world."""
 
@@ -109,12 +101,6 @@ def _reference(runs: Sequence[StudyRun], groups: dict[str, list[StudyRun]]) -> l
         return options, document["controllers"], document["run"], run.configuration.fresh_noise
 
     return next(others for others in groups.values() if judged(others[0]) == judged(runs[0]))
-
-
-def agreement_over_all(run: StudyRun) -> float:
-    """Return the fraction of all trials of a set in which every map has a score and its rank in the search."""
-    assert run.reevaluation is not None
-    return sum(run.reevaluation.ranks_kept) / len(run.reevaluation.trials)
 
 
 def fills_roles(results: SetResults) -> bool:

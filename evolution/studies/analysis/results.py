@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
@@ -38,6 +38,17 @@ class StudyRun:
     best_results: Mapping[str, Any]
     timing: Sequence[Row]
     reevaluation: Reevaluation | None = None
+
+    @property
+    def held_out(self) -> Reevaluation:
+        """The re-evaluation of a run that has one.
+
+        Raises:
+            ValueError: If it was not re-evaluated.
+        """
+        if self.reevaluation is None:
+            raise ValueError(f"{self.path}: not re-evaluated")
+        return self.reevaluation
 
     @property
     def fitness(self) -> float:
@@ -77,6 +88,11 @@ class StudyRun:
         )
 
 
+def reevaluated(runs: Iterable[StudyRun]) -> list[StudyRun]:
+    """Return the runs that are re-evaluated."""
+    return [run for run in runs if run.reevaluation is not None]
+
+
 @dataclass(frozen=True)
 class StudyResults(Tabled):
     """A study as far as it has come.
@@ -109,6 +125,12 @@ class StudyResults(Tabled):
     def by_configuration(self) -> dict[str, list[StudyRun]]:
         """The finished runs of every configuration that has any."""
         found = {name: self.of(name) for name in self.settings.names}
+        return {name: runs for name, runs in found.items() if runs}
+
+    @property
+    def reevaluated(self) -> dict[str, list[StudyRun]]:
+        """The re-evaluated runs of every configuration that has any."""
+        found = {name: reevaluated(runs) for name, runs in self.by_configuration.items()}
         return {name: runs for name, runs in found.items() if runs}
 
     def rows(self, table: str = "runs") -> list[Row]:

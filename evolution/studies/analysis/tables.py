@@ -12,25 +12,19 @@ import numpy as np
 from evolution.driving import RunResult
 from evolution.files import Row, csv_of, make_directory, write_text
 from evolution.statistics import TestResult, cliffs_delta, vargha_delaney_a12
-from evolution.studies.analysis.comparisons import Comparison, StudyAnalysis, analyse
+from evolution.studies.analysis.comparisons import Comparison, StudyAnalysis
 from evolution.studies.analysis.held_out import held_out_rows
 from evolution.studies.analysis.reported_fitness import reported_fitness_rows
-from evolution.studies.analysis.results import StudyResults, StudyRun
+from evolution.studies.analysis.results import StudyRun
 from evolution.studies.former_names import StudyRow
 
 TABLES = "tables"
 
 
-def write_tables(results: StudyResults, analysis: StudyAnalysis | None = None) -> list[Path]:
-    """Write every table of a study as CSV into ``tables/``; returns the files.
-
-    Args:
-        results: The study.
-        analysis: Its comparisons, if they are there already.
-    """
-    folder = results.path / TABLES
+def write_tables(analysis: StudyAnalysis, directory: Path) -> list[Path]:
+    """Write every table of a study as CSV into ``tables/`` of a directory; returns the files."""
+    folder, results, comparisons = directory / TABLES, analysis.results, analysis.comparisons
     make_directory(folder)
-    comparisons = (analysis or analyse(results)).comparisons
     tables: dict[str, Callable[[], list[Row]]] = {
         "runs": results.rows,
         "reevaluation": lambda: results.rows("reevaluation"),

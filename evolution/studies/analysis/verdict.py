@@ -9,28 +9,22 @@ import numpy as np
 
 from evolution.files import Row, counted
 from evolution.statistics import Summary, TestResult, median_interval, p_in_words
-from evolution.studies.analysis.comparisons import QUANTITIES, Comparison, StudyAnalysis, analyse
+from evolution.studies.analysis.comparisons import QUANTITIES, Comparison, StudyAnalysis
 from evolution.studies.analysis.held_out import conditions, held_out_rows, rank_agreement, selected_sets
 from evolution.studies.analysis.judges import Judge
 from evolution.studies.analysis.reported_fitness import reported_fitness_rows
-from evolution.studies.analysis.results import StudyResults, StudyRun
+from evolution.studies.analysis.results import StudyResults, StudyRun, reevaluated
 
 ALPHA = 0.05
 NO_PATTERN_LEAD = 1000.0
 """Smallest lead that only the -1000 of Alg. 2 explains: the worse set has no pattern."""
 
 
-def verdict_of(results: StudyResults, analysis: StudyAnalysis | None = None) -> list[str]:
-    """Return the paragraphs of the verdict; lower fitness is better throughout.
-
-    Args:
-        results: The study.
-        analysis: Its comparisons, if they are there already.
-    """
-    if not results.runs:
+def verdict_of(analysis: StudyAnalysis) -> list[str]:
+    """Return the paragraphs of the verdict; lower fitness is better throughout."""
+    if not analysis.results.runs:
         return ["No search of this study is finished."]
-    analysis = analysis or analyse(results)
-    rows = held_out_rows(results)
+    rows = held_out_rows(analysis.results)
     sentences = [sentence for judge in analysis.judges for sentence in _of_judge(judge, analysis, rows)]
     return _held_out_against(analysis) + sentences + _repeats(rows)
 
@@ -61,7 +55,7 @@ def _held_out(row: Row) -> str:
 def _of_judge(judge: Judge, analysis: StudyAnalysis, rows: Sequence[Row]) -> list[str]:
     """Return the sentences about the configurations of one judge."""
     reported, *held_out = analysis.of(judge)
-    again = [run for run in judge.runs if run.reevaluation is not None]
+    again = reevaluated(judge.runs)
     compared = held_out[0] if held_out and 2 * len(again) >= len(judge.runs) else reported
     if not judge.comparable:
         return [_other_scales(judge), judge.meaning]

@@ -17,16 +17,7 @@ from operator import itemgetter
 from pathlib import Path
 
 from evolution.benchmark import bench_row
-from evolution.driving import (
-    DEFAULT_RESOURCES,
-    Job,
-    OnRun,
-    Resources,
-    RunResult,
-    check_room,
-    run_job,
-    try_controllers,
-)
+from evolution.driving import DEFAULT_RESOURCES, Job, OnRun, Resources, RunResult, check_room, run_job, try_controllers
 from evolution.files import DirectoryKind, Row, Table, Tabled, csv_of, read_csv, write_text
 from evolution.pictures import effects_figure, save_figure
 from evolution.runs import exclusive_evaluator

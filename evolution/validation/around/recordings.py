@@ -43,6 +43,7 @@ class AroundOracle:
 
     def __init__(self, directory: str | Path) -> None:
         self.directory = Path(directory)
+        self._documents: dict[str, dict[str, Any]] = {}
 
     @staticmethod
     def is_in(directory: str | Path) -> bool:
@@ -96,15 +97,9 @@ class AroundOracle:
         return tuple(self._entry(name, key, list))
 
     def _entry(self, name: str, key: str, kind: type) -> Any:
-        document = self._documents.setdefault(name, {}) or self._read(name)
+        if name not in self._documents:
+            self._documents[name] = read_json(self.directory / name, dict)
+        document = self._documents[name]
         if not isinstance(document.get(key), kind):
             raise MapFormatError(f"{self.directory / name}: expected a {kind.__name__} under {key!r}")
         return document[key]
-
-    @cached_property
-    def _documents(self) -> dict[str, dict[str, Any]]:
-        return {}
-
-    def _read(self, name: str) -> dict[str, Any]:
-        self._documents[name] = read_json(self.directory / name, dict)
-        return self._documents[name]

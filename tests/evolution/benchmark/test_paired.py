@@ -2,14 +2,12 @@
 
 import math
 
-import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 from scipy import stats
 
-from evolution.benchmark import Trial, compare_paired
-from evolution.benchmark.paired import Place, groups_of, mcnemar, unit_of, wilcoxon
+from evolution.benchmark.paired import Place, compare_pairs, groups_of, mcnemar, unit_of, wilcoxon
 
 RUNS = st.lists(
     st.tuples(st.integers(0, 7), st.booleans(), st.booleans(), st.floats(1.0, 60.0), st.floats(1.0, 60.0)),
@@ -18,19 +16,27 @@ RUNS = st.lists(
 )
 
 
+def rows(*runs):
+    """Runs of a side: task, success and time of each. The walls are its name to the underscore."""
+    return [
+        {"map": name, "walls": name.split("_")[0], "outcome": "goal" if success else "timeout", "time_s": time}
+        for name, success, time in runs
+    ]
+
+
+def compare(first, second):
+    return compare_pairs(list(zip(first, second, strict=True)))
+
+
 def sides(runs):
-    first = [Trial(f"m{number}", a, x) for number, a, _, x, _ in runs]
-    return first, [Trial(f"m{number}", b, y) for number, _, b, _, y in runs]
-
-
-def rng():
-    return np.random.default_rng(3)
+    first = rows(*((f"m{number}", a, x) for number, a, _, x, _ in runs))
+    return first, rows(*((f"m{number}", b, y) for number, _, b, _, y in runs))
 
 
 def test_six_maps_by_hand():
-    first = [Trial(f"m{number}", False, math.nan) for number in range(6)] + [Trial("m6", True, 10.0)]
-    second = [Trial(f"m{number}", True, 5.0) for number in range(6)] + [Trial("m6", True, 5.0)]
-    found = compare_paired(first, second, rng())
+    first = rows(*((f"m{number}", False, math.nan) for number in range(6)), ("m6", True, 10.0))
+    second = rows(*((f"m{number}", True, 5.0) for number in range(7)))
+    found = compare(first, second)
     assert (found.n, found.wins, found.losses, found.both) == (7, 6, 0, 1)
     assert found.p_success == pytest.approx(2 * 0.5**6)
     assert found.time_ratio == pytest.approx(0.5)
@@ -39,18 +45,18 @@ def test_six_maps_by_hand():
 
 
 def test_a_run_that_begins_at_the_goal_has_no_ratio():
-    first = [Trial("m0", True, 0.0), Trial("m1", True, 10.0)]
-    found = compare_paired(first, [Trial("m0", True, 0.0), Trial("m1", True, 5.0)], rng())
+    first = rows(("m0", True, 0.0), ("m1", True, 10.0))
+    found = compare(first, rows(("m0", True, 0.0), ("m1", True, 5.0)))
     assert (found.both, found.time_ratio) == (2, pytest.approx(0.5))
-    assert math.isnan(compare_paired(first[:1], first[:1], rng()).time_ratio)
+    assert math.isnan(compare(first[:1], first[:1]).time_ratio)
 
 
 def test_runs_on_one_map_of_many_count_once():
     """Five lost runs on one of six maps are one lost map."""
     names = [f"m{number}" for number in range(6) for _ in range(5)]
-    first = [Trial(name, True, 10.0) for name in names]
-    second = [Trial(name, name != "m0", 10.0) for name in names]
-    found = compare_paired(first, second, rng())
+    first = rows(*((name, True, 10.0) for name in names))
+    second = rows(*((name, name != "m0", 10.0) for name in names))
+    found = compare(first, second)
     assert (found.pairs, found.n, found.wins, found.losses, found.p_success) == (30, 6, 0, 1, 1.0)
 
 
@@ -68,18 +74,19 @@ def test_units_are_maps_of_five_else_tasks_of_five_else_runs():
 
 def test_tasks_on_one_map_of_many_count_once():
     """A side that loses all eight tasks on one of five maps loses one map, whatever the names of the tasks."""
-    first = [Trial(f"m{number}_{task}", True, 10.0, f"m{number}") for number in range(5) for task in range(8)]
-    second = [one._replace(success=one.walls != "m0") for one in first]
-    found = compare_paired(first, second, rng())
+    tasks = [f"m{number}_{task}" for number in range(5) for task in range(8)]
+    first = rows(*((name, True, 10.0) for name in tasks))
+    second = rows(*((name, not name.startswith("m0"), 10.0) for name in tasks))
+    found = compare(first, second)
     assert (found.pairs, found.n, found.wins, found.losses, found.p_success) == (40, 5, 0, 1, 1.0)
 
 
 def test_the_units_of_the_times_are_those_of_the_success():
     """Both sides reach the goal on two of six maps: these are two units, not twenty."""
     names = [f"m{number}" for number in range(6) for _ in range(10)]
-    first = [Trial(name, True, 10.0) for name in names]
-    second = [Trial(name, name < "m2", 11.0) for name in names]
-    found = compare_paired(first, second, rng())
+    first = rows(*((name, True, 10.0) for name in names))
+    second = rows(*((name, name < "m2", 11.0) for name in names))
+    found = compare(first, second)
     assert (found.n, found.both, found.p_time) == (6, 20, 0.5)
     assert math.isnan(found.ratio_low)
 
@@ -96,7 +103,7 @@ def test_mcnemar_and_wilcoxon_are_those_of_scipy():
 @given(RUNS)
 def test_swapped_sides_give_the_inverse_ratio(runs):
     first, second = sides(runs)
-    one, other = compare_paired(first, second, rng()), compare_paired(second, first, rng())
+    one, other = compare(first, second), compare(second, first)
     assert (one.n, one.wins, one.losses, one.both) == (other.n, other.losses, other.wins, other.both)
     assert one.p_success == pytest.approx(other.p_success)
     assert one.time_ratio == pytest.approx(1 / other.time_ratio, nan_ok=True)
@@ -106,8 +113,8 @@ def test_swapped_sides_give_the_inverse_ratio(runs):
 @settings(max_examples=20, deadline=None)
 @given(RUNS)
 def test_the_interval_holds_the_ratio_and_repeats(runs):
-    found = compare_paired(*sides(runs), rng())
-    again = compare_paired(*sides(runs), rng())
+    found = compare(*sides(runs))
+    again = compare(*sides(runs))
     assert repr(found) == repr(again)
     if not math.isnan(found.ratio_low):
         assert found.ratio_low <= found.ratio_high

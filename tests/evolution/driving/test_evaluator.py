@@ -14,7 +14,7 @@ from evolution.driving.evaluator import Evaluator
 from evolution.driving.jobs import ControllerSpec, JobPlan, RunResult
 from evolution.driving.pool import attempt
 from evolution.driving.store import ResultStore
-from evolution.search.operators.sampling import sample_map_set
+from evolution.search.operators.sampling import MapSampling
 from gym_mapbench.errors import ConfigError, RunError
 from tests.evolution import fake_runs
 from tests.evolution.fake_runs import CONTROLLERS, SMALL, WORLD
@@ -24,7 +24,7 @@ OFFICE = Path(__file__).resolve().parents[3] / "examples" / "office.yaml"
 
 def map_sets(count, seed=0):
     rng = np.random.default_rng(seed)
-    return [sample_map_set(rng, 3, SMALL) for _ in range(count)]
+    return [MapSampling(3, SMALL).draw_set(rng) for _ in range(count)]
 
 
 def plan_of(*names, **params):

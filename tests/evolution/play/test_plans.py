@@ -129,18 +129,13 @@ def test_a_file_may_have_controllers_that_are_not_built_here(session, tmp_path):
     assert one.plan.settings.navigation.controllers["Pursuit"].kind == "rpp"
 
 
-def test_a_saved_file_keeps_all_but_the_changed_values(of_file, session):
-    variants = [{"name": "far", "controller": "FollowPath", "parameters": {"lookahead_dist": 1.1}}]
+@pytest.mark.parametrize(("given_value", "saved_value"), [(1.1, "1.1"), (1, "1.0")])
+def test_a_saved_file_keeps_all_but_the_changed_values(of_file, session, given_value, saved_value):
+    """A whole number is saved as a double where Nav2 has a double."""
+    variants = [{"name": "far", "controller": "FollowPath", "parameters": {"lookahead_dist": given_value}}]
     document = {**session, "settings": {"preset": FILE}, "variants": variants, "variant": "far"}
     saved = changed_file(AskParameters.from_mapping(document, "save"), of_file)
-    assert saved == USERS_FILE.replace("lookahead_dist: 0.7", "lookahead_dist: 1.1")
-
-
-def test_whole_numbers_are_saved_as_doubles_where_nav2_has_doubles(of_file, session):
-    variants = [{"name": "far", "controller": "FollowPath", "parameters": {"lookahead_dist": 1}}]
-    document = {**session, "settings": {"preset": FILE}, "variants": variants, "variant": "far"}
-    saved = changed_file(AskParameters.from_mapping(document, "save"), of_file)
-    assert saved == USERS_FILE.replace("lookahead_dist: 0.7", "lookahead_dist: 1.0")
+    assert saved == USERS_FILE.replace("lookahead_dist: 0.7", f"lookahead_dist: {saved_value}")
 
 
 def test_lists_are_changed_as_the_page_gives_them(given, session):

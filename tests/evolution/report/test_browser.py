@@ -11,6 +11,7 @@ from PIL import Image
 from evolution.report.page import Attachment, Section, Table, render_page
 from evolution.report.study_page import report_of_study
 from evolution.studies import load_results
+from evolution.studies.analysis.comparisons import analyse
 from evolution.studies.analysis.figures import drive_best_sets
 
 pytest.importorskip("selenium.webdriver", reason="selenium is not installed")
@@ -28,7 +29,7 @@ pytestmark = [pytest.mark.slow, NEEDS_CHROMIUM]
 def page(study_path, tmp_path_factory, fake_driving):
     """The report of a study as a file."""
     results = load_results(study_path)
-    report = report_of_study(results, drive_best_sets(results))
+    report = report_of_study(analyse(results), drive_best_sets(results))
     picture = io.BytesIO()
     Image.new("RGB", (400, 300), "#0072b2").save(picture, "png")
     figures = [Attachment("A figure", "image/png", picture.getvalue())]
@@ -222,7 +223,7 @@ LONG = "warehouse_north_wing_floor_2_scanned_2025_11_03_final_version_corrected_
 def long_names(chromium, study_path, tmp_path):
     """A page whose title, controllers and maps have long names without spaces, and with a wide table."""
     results = load_results(study_path)
-    report = report_of_study(results, drive_best_sets(results))
+    report = report_of_study(analyse(results), drive_best_sets(results))
     maps = [replace(one, title=f"{LONG}: {one.title}", sample=LONG) for one in report.maps[:2]]
     runs = [[replace(episode, controller=LONG) for episode in one.episodes] for one in maps]
     maps = [replace(one, episodes=episodes) for one, episodes in zip(maps, runs, strict=True)]

@@ -11,6 +11,7 @@ from evolution.cli import main
 from evolution.report.writing import write_report
 from evolution.runs.loading import load_run
 from evolution.studies import load_results, run_study
+from evolution.studies.analysis.comparisons import analyse
 from evolution.studies.analysis.figures import drive_best_sets
 from evolution.studies.analysis.tables import write_tables
 from evolution.studies.directory import RESOLVED, STUDY
@@ -128,7 +129,7 @@ def test_a_damaged_run_is_left_out_of_its_study(pair, name, damage, message):
     assert message in line
     assert line.endswith(f"; to repeat the run: rm -r {path} and then mapbench study {pair}{AGAIN}")
     assert len(results.runs) == 4 - 1
-    write_tables(results)
+    write_tables(analyse(results), results.path)
 
 
 @pytest.mark.parametrize(("name", "damage", "message"), OF_A_RUN, ids=IDS)
@@ -204,7 +205,7 @@ def test_a_damaged_reevaluation_is_said_and_driven_again(pair, pair_path, damage
     assert message in line
     assert line.endswith(f"; mapbench study {pair}{AGAIN} repeats it")
     assert results.runs[0].reevaluation is None
-    write_tables(results)
+    write_tables(analyse(results), results.path)
     again = run_study(PAIR, pair, resume=True)
     assert again.missing == ()
     assert lasting_files(pair / "reevaluation") == lasting_files(pair_path / "reevaluation")

@@ -28,8 +28,6 @@ from evolution.runs import load_run
 from evolution.studies import StudySettings, load_results
 from evolution.studies.analysis.comparisons import analyse
 from evolution.studies.analysis.figures import drive_best_sets, write_study_figures
-from evolution.studies.analysis.tables import write_tables
-from evolution.studies.analysis.verdict import verdict_of
 from gym_mapbench.errors import ConfigError, RunError
 from tests.evolution.fake_study import drive, part_of, small_study
 
@@ -78,7 +76,7 @@ def best_sets(results):
 
 @pytest.fixture(scope="module")
 def page(results, best_sets):
-    return Page(render_page(report_of_study(results, best_sets)))
+    return Page(render_page(report_of_study(analyse(results), best_sets)))
 
 
 def test_nothing_is_loaded_from_elsewhere(page):
@@ -107,7 +105,7 @@ class Unscripted(HTMLParser):
 
 
 def test_what_needs_javascript_is_hidden_without_it(results, best_sets):
-    page = render_page(report_of_study(results, best_sets))
+    page = render_page(report_of_study(analyse(results), best_sets))
     assert "<noscript><style>.scripted { display: none; }</style></noscript>" in page
     shown = " ".join(Unscripted(page).texts)
     assert "The replays need JavaScript" in shown
@@ -163,7 +161,7 @@ def test_downloads_repeat_the_study(page, results):
 
 
 def test_equal_studies_give_equal_pages(results, best_sets):
-    pages = [render_page(report_of_study(results, drive_best_sets(results))) for _ in range(2)]
+    pages = [render_page(report_of_study(analyse(results), drive_best_sets(results))) for _ in range(2)]
     assert pages[0] == pages[1]
 
 
@@ -194,14 +192,14 @@ def test_a_run_that_cannot_be_loaded_makes_way(study_path, tmp_path):
     other = next(run for run in results.of("gini_6") if run is not best)
     assert best_sets[0].run is other
     assert "random" not in [best.run.configuration.name for best in best_sets]
-    text = Page(render_page(report_of_study(results, best_sets))).text
+    text = Page(render_page(report_of_study(analyse(results), best_sets))).text
     assert f"gini_6: the best search (seed {best.seed}) could not be loaded and re-run; seed {other.seed}" in text
     assert "random: no replay, none of its best sets could be loaded and re-run" in text
 
 
 def test_changed_replays_have_a_heading_of_their_own(results, best_sets, monkeypatch):
     monkeypatch.setattr("evolution.pictures.run_figures.drive", lambda job: replace(drive(job), time=1.0))
-    text = Page(render_page(report_of_study(results, drive_best_sets(results)))).text
+    text = Page(render_page(report_of_study(analyse(results), drive_best_sets(results)))).text
     assert "Replays that differ from what was recorded:" in text
     assert "gini_6: The replay of dwb on map_1 ends with goal after 1.00 s; the search recorded goal after" in text
     assert "This report is partial" not in text
@@ -211,7 +209,7 @@ def test_the_subtitle_names_the_controllers_of_all(results):
     run = results.runs[-1]
     fewer = replace(run.experiment, controllers=run.experiment.controllers[1:])
     mixed = replace(results, runs=(replace(run, experiment=fewer, reevaluation=None), *results.runs[:1]))
-    assert "controllers mppi, rpp, dwb; 2 searches" in report_of_study(mixed).subtitle
+    assert "controllers mppi, rpp, dwb; 2 searches" in report_of_study(analyse(mixed)).subtitle
 
 
 def test_what_holds_by_construction_is_marked(page):
@@ -228,23 +226,10 @@ def test_long_names_of_judges_are_short_names_of_files(results, tmp_path):
         search = run.experiment.search.replace(**long, epsilon=epsilon)
         configuration = results.settings.configurations[place]
         runs.append(replace(run, configuration=configuration, experiment=replace(run.experiment, search=search)))
-    figures = write_study_figures(replace(results, path=tmp_path, runs=tuple(runs)), [])
+    figures = write_study_figures(analyse(replace(results, runs=tuple(runs))), [], tmp_path)
     names = [figure.png.name for figure in figures if figure.png.name.startswith("progress")]
     assert len(set(names)) == 2
     assert max(map(len, names)) < 110
-
-
-@pytest.mark.usefixtures("blank_figures")
-def test_comparisons_are_made_once(results, best_sets, monkeypatch, tmp_path):
-    analysis = analyse(results)
-    made = []
-    monkeypatch.setattr("evolution.studies.analysis.comparisons._comparison", lambda *args: made.append(args))
-    elsewhere = replace(results, path=tmp_path)
-    write_tables(elsewhere, analysis)
-    figures = write_study_figures(elsewhere, best_sets[:1], analysis, formats=("png",))
-    report_of_study(results, best_sets, figures, analysis)
-    verdict_of(results, analysis)
-    assert made == []
 
 
 def test_a_run_has_a_page_of_its_own(study_path, tmp_path):

@@ -38,7 +38,11 @@ def files_of(path):
     return {str(one.relative_to(path)): one.read_bytes() for one in names}
 
 
-@pytest.mark.parametrize("vanish", [shutil.rmtree, lambda path: path.rename(path.with_name("moved"))])
+@pytest.mark.parametrize(
+    "vanish",
+    [shutil.rmtree, lambda path: path.rename(path.with_name("moved")), lambda path: (path / RUN.mark).unlink()],
+    ids=["deleted", "moved", "config deleted"],
+)
 def test_a_search_whose_directory_vanishes_is_continued_elsewhere(tmp_path, vanish):
     whole = run(tmp_path / "whole")
 
@@ -48,21 +52,7 @@ def test_a_search_whose_directory_vanishes_is_continued_elsewhere(tmp_path, vani
 
     with pytest.raises(RunError, match=r"gone: was deleted or moved .* results so far are in .*gone-rescued-\d+"):
         run(tmp_path / "gone", on_generation)
-    assert not (tmp_path / "gone").exists()
-    (rescued,) = tmp_path.glob("gone-rescued-*")
-    assert 0 < run(rescued) < whole
-    assert files_of(rescued) == files_of(tmp_path / "whole")
-
-
-def test_a_search_whose_config_is_deleted_is_continued_elsewhere(tmp_path):
-    whole = run(tmp_path / "whole")
-
-    def on_generation(progress):
-        if progress.row["generation"] == 2:
-            (tmp_path / "gone" / RUN.mark).unlink()
-
-    with pytest.raises(RunError, match=r"results so far are in .*gone-rescued-\d+"):
-        run(tmp_path / "gone", on_generation)
+    assert not RUN.holds(tmp_path / "gone")
     (rescued,) = tmp_path.glob("gone-rescued-*")
     assert 0 < run(rescued) < whole
     assert files_of(rescued) == files_of(tmp_path / "whole")

@@ -7,7 +7,7 @@ import pytest
 from evolution.driving.evaluator import Evaluator
 from evolution.driving.store import ResultStore
 from evolution.runs import load_run, reached_maps
-from evolution.runs.directory import RunDir
+from evolution.runs.directory import STORE, RunDir
 from evolution.runs.recorded_bodies import bodies_document, read_bodies
 from evolution.search import EvolveSettings, Experiment
 from evolution.search.loop import evolve
@@ -23,7 +23,7 @@ SEARCH = EvolveSettings(pop_size=6, evaluations=24, shapes=ROOMY, seed=5, people
 def search(path, workers=1):
     experiment = Experiment(SEARCH, CONTROLLERS, WORLD)
     rundir = RunDir.create(path, experiment)
-    with ResultStore(rundir.store_path) as results, Evaluator(drive, results, workers=workers) as evaluator:
+    with ResultStore(rundir.path / STORE) as results, Evaluator(drive, results, workers=workers) as evaluator:
         return evolve(experiment, evaluator, rundir)
 
 

@@ -12,7 +12,7 @@ from evolution.driving import Evaluator, JobPlan, RunResult
 from evolution.search.archive import Archive, best_by_exchange
 from evolution.search.budget import runs_in
 from evolution.search.judging import Fitness, JudgingSettings, is_solved, repeats_of
-from evolution.search.operators.sampling import sample_map_set
+from evolution.search.operators.sampling import MapSampling
 from evolution.search.staging import stages_of
 from tests.evolution.fake_runs import CONTROLLERS, SMALL, WORLD
 
@@ -51,7 +51,7 @@ def archive_of(staged=False, controllers=CONTROLLERS, how=answer):
 
 def sets_of(count=4, seed=0):
     rng = np.random.default_rng(seed)
-    return [sample_map_set(rng, 3, SMALL) for _ in range(count)]
+    return [MapSampling(3, SMALL).draw_set(rng) for _ in range(count)]
 
 
 def test_every_map_is_driven_once_and_more_only_when_asked_for():

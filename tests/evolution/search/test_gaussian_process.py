@@ -12,14 +12,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from evolution.search.gaussian_process import (
-    LENGTH,
-    MEAN_SPREAD,
-    SCALES,
-    Evidence,
-    GaussianProcess,
-    prior_prediction,
-)
+from evolution.search.gaussian_process import LENGTH, MEAN_SPREAD, SCALES, Evidence, GaussianProcess, prior_prediction
 from gym_mapbench.kernels.linear_algebra import cholesky, solve_positive, solve_transposed
 
 MEAN = 3.0

@@ -44,7 +44,7 @@ def go_on(rundir, experiment=EXPERIMENT, workers=1, run_job=drive, store=None, e
     """Continue a search, with one worker in this process, unless the executor is given."""
     executor = executor or (IN_PROCESS if workers == 1 else "processes")
     with (
-        ResultStore(store or rundir.store_path) as results,
+        ResultStore(store or rundir.path / STORE) as results,
         Evaluator(run_job, results, workers=workers, executor=executor, on_run=on_run) as evaluator,
     ):
         return evolve(experiment, evaluator, rundir, **options)

@@ -8,7 +8,7 @@ from scipy import ndimage
 
 from evolution.search.operators.adaptive import Credit, Trial
 from evolution.search.operators.mutation import MapMutation, Mutator, draw_changes, label_obstacles, obstacles_near
-from evolution.search.operators.sampling import as_column, sample_map_set, scenario_on
+from evolution.search.operators.sampling import MapSampling, as_column, scenario_on
 from evolution.search.operators.settings import MutationSettings
 from gym_mapbench.errors import ConfigError
 from gym_mapbench.generator import ShapeSettings, interior, is_drivable, plan_way, sample_map
@@ -114,7 +114,7 @@ def test_a_mutation_that_must_leave_a_way_does():
 
 def test_one_map_of_a_set_is_mutated_and_the_trial_is_noted():
     rng = np.random.default_rng(0)
-    (before,) = (sample_map_set(rng, 3, THESIS),)
+    before = MapSampling(3, THESIS).draw_set(rng)
     settings = MutationSettings(probability=1.0, maps="one", adaptive=True)
     mutation = MapMutation(Mutator(THESIS, settings, (), WAFFLE), role_of=lambda map_set, place: 2 - place)
     (after,) = mutation._do(None, as_column([before]), random_state=rng)[0]
@@ -132,7 +132,7 @@ def test_operators_with_a_gain_are_selected_more_often_and_none_is_dropped():
     configured = {"move": 0.5, "door": 0.25, "nudge": 0.25}
     assert credit.chances(configured, 0) == pytest.approx(configured)
     rng = np.random.default_rng(0)
-    before = sample_map_set(rng, 1, THESIS)
+    before = MapSampling(1, THESIS).draw_set(rng)
     for _ in range(50):
         credit.add(Trial(before, before, 0, ("move",)), -1.0)
         credit.add(Trial(before, before, 0, ("door",)), 2.0)

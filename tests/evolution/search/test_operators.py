@@ -14,7 +14,7 @@ from evolution.search.operators.duplicates import MapSetDuplicates
 from evolution.search.operators.edits import Edit
 from evolution.search.operators.mutation import MapMutation, Mutator, draw_changes, label_obstacles
 from evolution.search.operators.repair import MapRepair, repair_scenario
-from evolution.search.operators.sampling import MapSampling, as_column, sample_map_set, scenario_on
+from evolution.search.operators.sampling import MapSampling, as_column, scenario_on
 from evolution.search.operators.settings import MutationSettings
 from gym_mapbench.errors import ConfigError, PluginError
 from gym_mapbench.generator import FamilySpec, ShapeSettings, clear_and_border, sample_map
@@ -95,7 +95,7 @@ def test_what_is_added_is_a_piece_of_a_family():
         sides = sorted((np.ptp(rows) + 1, np.ptp(cols) + 1))
         assert sides[0] == 2
         assert 2 < sides[1] <= 30
-    column = as_column([sample_map_set(rng, 2, THESIS)])
+    column = as_column([MapSampling(2, THESIS).draw_set(rng)])
     settings = ONLY["add"].replace(probability=1.0)
     pairs = [
         MapMutation(Mutator(THESIS, settings, families))._do(None, column, random_state=rng)[0, 0] for _ in range(2)
@@ -182,7 +182,7 @@ def test_settings_are_checked():
 
 def small_sets(count, seed=0):
     rng = np.random.default_rng(seed)
-    return [sample_map_set(rng, 3, SMALL) for _ in range(count)]
+    return [MapSampling(3, SMALL).draw_set(rng) for _ in range(count)]
 
 
 class OneVariable:

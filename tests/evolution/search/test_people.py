@@ -9,7 +9,7 @@ from evolution.search import EvolveSettings
 from evolution.search.operators.mutation import Mutator
 from evolution.search.operators.people_changes import PEOPLE_OPERATORS, change_people
 from evolution.search.operators.repair import repair_scenario
-from evolution.search.operators.sampling import sample_map_set, scenario_on
+from evolution.search.operators.sampling import MapSampling, scenario_on
 from evolution.search.operators.settings import MutationSettings
 from gym_mapbench.errors import ConfigError
 from gym_mapbench.generator import PeopleSettings, ShapeSettings, clear_and_border, with_people
@@ -23,7 +23,7 @@ SEEDS = st.integers(0, 2**32 - 1)
 
 
 def sampled(seed, people=FOUR):
-    return sample_map_set(np.random.default_rng(seed), 1, SMALL, people=people)[0]
+    return MapSampling(1, SMALL, people=people).draw_set(np.random.default_rng(seed))[0]
 
 
 @settings(max_examples=20, deadline=None)
@@ -38,8 +38,8 @@ def test_sampled_people_can_be_driven_among(seed):
 
 
 def test_without_people_the_same_maps_are_sampled_as_ever():
-    alone = sample_map_set(np.random.default_rng(3), 2, SMALL, people=PeopleSettings())
-    assert alone == sample_map_set(np.random.default_rng(3), 2, SMALL)
+    alone = MapSampling(2, SMALL, people=PeopleSettings()).draw_set(np.random.default_rng(3))
+    assert alone == MapSampling(2, SMALL).draw_set(np.random.default_rng(3))
     assert not any(scenario.bodies for scenario in alone)
 
 
@@ -94,7 +94,7 @@ def test_maps_without_room_are_refused_and_walls_that_leave_no_room_stay():
         return clear_and_border(np.ones((shapes.size, shapes.size), dtype=bool), shapes)
 
     with pytest.raises(ConfigError, match="expected maps with room for a person, got none in 20"):
-        sample_map_set(np.random.default_rng(0), 1, SMALL, full, PeopleSettings(count=1))
+        MapSampling(1, SMALL, full, PeopleSettings(count=1)).draw_set(np.random.default_rng(0))
     scenario = sampled(0)
     fat = PeopleSettings(count=4, radius=1.0, mutation=0.0)
     narrow = with_people(scenario_on(full(None, SMALL), SMALL), fat, np.random.default_rng(0), scenario.bodies)

@@ -15,7 +15,7 @@ from evolution.runs import RecordedExperiment, Reevaluation, judge
 from evolution.search.judging import Fitness, JudgingSettings
 from evolution.search.settings import EvolveSettings
 from evolution.studies import Configuration, StudyResults, StudyRun, StudySettings, load_results
-from evolution.studies.analysis.comparisons import analyse, compare
+from evolution.studies.analysis.comparisons import analyse
 from evolution.studies.analysis.held_out import conditions, held_out_rows, rank_agreement, selected_sets
 from evolution.studies.analysis.judges import judges_of, name_of
 from evolution.studies.analysis.reported_fitness import repeatability, reported_fitness_rows
@@ -158,7 +158,7 @@ def test_only_one_fitness_is_compared_at_a_time():
         *[made_run("b", s, -5.0 - s, -4.0) for s in range(3)],
         *[made_run("c", s, -15.0, -14.0, fitness="cluster", cluster_scale=2.7, scale=2.7) for s in range(3)],
     )
-    found = compare(study)
+    found = analyse(study).comparisons
     assert [(one.judge, one.quantity, sorted(one.values)) for one in found] == [
         ("gini fitness", "fitness", ["a", "b"]),
         ("gini fitness", "held_out_fitness", ["a", "b"]),
@@ -188,7 +188,7 @@ def test_values_that_mean_something_else_are_not_compared(other, named):
     assert (list(first.groups), list(second.groups), second.name) == (["a"], ["b"], named)
     assert first.name.startswith("gini fitness")
     assert first.name != second.name
-    assert all(one.pairs == [] and one.ranking is None for one in compare(study))
+    assert all(one.pairs == [] and one.ranking is None for one in analyse(study).comparisons)
 
 
 def test_scales_of_their_own_are_not_compared():
@@ -207,7 +207,7 @@ def test_scales_of_their_own_are_not_compared():
         assert (one.pairs, one.populations, one.ranking) == ([], [], None)
     assert [row["configuration"] for row in summary_rows(seen)] == ["a", "b"]
     assert len(analyse(study).of(alike)[0].pairs) == 1
-    assert verdict_of(study)[0] == (
+    assert verdict_of(analyse(study))[0] == (
         "Cluster fitness (cluster_scale calibrated by every search): not compared. Every search calibrated its own "
         "cluster scale (2 to 4.5), so the values of different searches are on different scales (a and b)."
     )
@@ -235,11 +235,11 @@ def test_populations_are_those_that_differ_in_nothing_else():
         *[made_run("p40", s, v, pop_size=40) for s, v in enumerate(spread(-8.1))],
         *[made_run("twice", s, v, pop_size=40, repeats=2) for s, v in enumerate(spread(-8.1))],
     )
-    (one,) = compare(study)
+    (one,) = analyse(study).comparisons
     (test,) = one.populations
     assert test.groups == ("p20", "p40")
     assert test.n == (12, 12)
-    sentences = [sentence for sentence in verdict_of(study) if sentence.startswith("The population size")]
+    sentences = [sentence for sentence in verdict_of(analyse(study)) if sentence.startswith("The population size")]
     assert len(sentences) == 1
     assert {row["test"] for row in test_rows(one)} == {"Kruskal-Wallis", "Friedman"}
 
@@ -252,7 +252,7 @@ def test_equal_populations_are_no_comparison_of_populations():
         *[made_run("sparse", s, v, configuration={"method": "cellular"}) for s, v in enumerate(spread(-8.0))],
         *[made_run("dense", s, v, configuration=dense, pop_size=60) for s, v in enumerate(spread(-8.0))],
     )
-    (one,) = compare(study)
+    (one,) = analyse(study).comparisons
     assert one.populations == []
 
 
@@ -263,7 +263,7 @@ def test_what_differs_by_construction_is_not_tested():
         *[made_run("exact", s, v - 1.0, v, configuration=best) for s, v in enumerate(spread(-8.0))],
         *[made_run("ga", s, v - 0.1, v) for s, v in enumerate(spread(-8.0))],
     )
-    seen, fresh = compare(study)
+    seen, fresh = analyse(study).comparisons
     assert [pair.groups for pair in seen.pairs] == [("exact", "ga"), ("ga", "random")]
     assert len(fresh.pairs) == 3
     assert (seen.ranking.names, seen.ranking.test) == (("random", "ga"), None)
@@ -274,7 +274,7 @@ def test_what_differs_by_construction_is_not_tested():
     assert marked["a12"] > 0.9
     assert not any(row["by_construction"] for row in [*pair_rows(seen)[:-1], *pair_rows(fresh)])
     not_again = made_study(*[type(run)(**{**vars(run), "reevaluation": None}) for run in study.runs])
-    assert verdict_of(not_again)[2].startswith("exact selects among all maps of random afterwards")
+    assert verdict_of(analyse(not_again))[2].startswith("exact selects among all maps of random afterwards")
 
 
 def test_what_cannot_be_worse_is_not_tested_either_where_it_is_as_good():
@@ -283,7 +283,7 @@ def test_what_cannot_be_worse_is_not_tested_either_where_it_is_as_good():
         *[made_run("random", s, v) for s, v in enumerate(spread(-8.0))],
         *[made_run("exact", s, v, configuration=best) for s, v in enumerate(spread(-8.0))],
     )
-    (seen,) = compare(study)
+    (seen,) = analyse(study).comparisons
     assert (seen.order, seen.pairs, seen.by_construction) == (["random", "exact"], [], [("exact", "random")])
     assert seen.ranking is None
 
@@ -297,9 +297,9 @@ def test_nothing_is_so_by_construction_where_a_set_was_taken_over_or_confirmed(m
         *[made_run("ours", s, v, **options) for s, v in enumerate(spread(-8.0))],
         *[made_run("later", s, v - 0.1, configuration=later) for s, v in enumerate(spread(-8.0))],
     )
-    (seen,) = compare(study)
+    (seen,) = analyse(study).comparisons
     assert [pair.groups for pair in seen.pairs] == [("later", "ours")]
-    assert not any("afterwards" in sentence for sentence in verdict_of(study))
+    assert not any("afterwards" in sentence for sentence in verdict_of(analyse(study)))
 
 
 def test_ranks_use_the_seeds_that_all_share():
@@ -308,7 +308,7 @@ def test_ranks_use_the_seeds_that_all_share():
         *[made_run("b", s, -6.0 - s) for s in range(1, 6)],
         *[made_run("c", s, -3.0 - s) for s in range(2, 9)],
     )
-    (one,) = compare(study)
+    (one,) = analyse(study).comparisons
     assert one.ranking.seeds == (2, 3, 4)
     assert one.ranking.ranks == pytest.approx([1, 2, 3])
     assert [row["configuration"] for row in rank_rows(one)] == ["a", "b", "c"]
@@ -320,48 +320,48 @@ def test_the_best_median_is_not_said_to_beat_what_is_better_in_most_pairs():
     a = [-5.0 - s / 1000 if s < 11 else 50.0 + s / 1000 for s in range(20)]
     b = [-9.0 - s / 1000 if s < 9 else -4.0 + s / 1000 for s in range(20)]
     study = made_study(*[made_run(name, s, values[s]) for name, values in (("a", a), ("b", b)) for s in range(20)])
-    first, second = verdict_of(study)[:2]
+    first, second = verdict_of(analyse(study))[:2]
     assert first.startswith("Gini fitness, reported: a has the best median, -5.00 (")
     assert second.startswith("In most pairs of searches a is worse than b (median 1.0")
     assert "a better in 30 % of pairs of searches" in second
-    assert not any("beats" in sentence for sentence in verdict_of(study))
+    assert not any("beats" in sentence for sentence in verdict_of(analyse(study)))
 
 
 def test_an_equal_median_is_said():
     study = made_study(*[made_run(name, s, 100.0) for name in ("a", "b", "c") for s in range(3)])
-    first = verdict_of(study)[0]
+    first = verdict_of(analyse(study))[0]
     assert first.startswith("Gini fitness, reported: a has the best median, 100.00 (")
     assert first.endswith("; b and c have the same.")
 
 
 def test_a_clear_difference_is_said_with_all_its_numbers():
     study = groups(ga=-8.0, random=-6.0)
-    first, second = verdict_of(study)[:2]
+    first, second = verdict_of(analyse(study))[:2]
     assert first.startswith("Gini fitness, held out: ga has the best median, -8.03 (95 % interval -8.")
     assert first.endswith(", mean -8.03, n = 12; lower is better).")
     assert second == (
         "ga beats random (median 2.00 behind; ga better in 100 % of pairs of searches, A12; p < 0.001; n = 12 and 12)."
     )
-    (row,) = pair_rows(compare(study)[0])
+    (row,) = pair_rows(analyse(study).comparisons[0])
     assert (row["first"], row["second"]) == ("ga", "random")
     assert row["median_difference"] == pytest.approx(-2.0)
     assert row["a12"] == 1.0
     assert row["cliffs_delta"] == 1.0
     assert row["p_holm"] < 0.001
-    assert [row["configuration"] for row in summary_rows(compare(study)[0])] == ["ga", "random"]
+    assert [row["configuration"] for row in summary_rows(analyse(study).comparisons[0])] == ["ga", "random"]
 
 
 def test_what_is_judged_in_another_way_is_compared_by_what_it_is_worth_on_fresh_seeds():
     lucky = [made_run("lucky", s, v - 5.0, v) for s, v in enumerate(spread(-1.0))]
     careful = [made_run("careful", s, v, v, aggregate="median") for s, v in enumerate(spread(-3.0))]
-    first, *rest = verdict_of(made_study(*lucky, *careful))
+    first, *rest = verdict_of(analyse(made_study(*lucky, *careful)))
     assert first.startswith("Median held-out fitness: careful -3.02 (95 % interval ")
     assert "; lucky -1.02 (95 % interval " in first
     assert "reported -6.03; rank agreement in 100 % of trials; n = 12" in first
     assert first.endswith(" Lower is better: careful is better in 100 % of pairs of searches (A12; p < 0.001).")
     assert not any(sentence.startswith("Median held-out fitness") for sentence in rest)
     alike = [made_run("alike", s, v, v, aggregate="median") for s, v in enumerate(spread(-1.0))]
-    assert not verdict_of(made_study(*lucky, *alike))[0].startswith("Median held-out fitness")
+    assert not verdict_of(analyse(made_study(*lucky, *alike)))[0].startswith("Median held-out fitness")
 
 
 @pytest.mark.parametrize(
@@ -375,7 +375,7 @@ def test_promises_that_mean_something_else_are_not_held_against_each_other(other
         *[made_run("c", s, v, v, aggregate="median") for s, v in enumerate(spread(-4.0))],
     )
     assert [row["against"] for row in reported_fitness_rows(study)] == ["", "", "a"]
-    assert not any("held-out fitness: b" in sentence for sentence in verdict_of(study))
+    assert not any("held-out fitness: b" in sentence for sentence in verdict_of(analyse(study)))
 
 
 def test_promises_are_tested_with_a_correction_for_all_rows():
@@ -394,14 +394,16 @@ def test_text_and_table_give_one_direction():
         *[made_run("worse", s, v, v) for s, v in enumerate(spread(-7.8))],
         *[made_run("better", s, v, v) for s, v in enumerate(spread(-8.0))],
     )
-    (row,) = pair_rows(compare(study)[1])
+    (row,) = pair_rows(analyse(study).comparisons[1])
     assert (row["first"], row["second"]) == ("better", "worse")
-    assert f"better better in {100 * row['a12']:.0f} % of pairs of searches, A12" in " ".join(verdict_of(study))
+    assert f"better better in {100 * row['a12']:.0f} % of pairs of searches, A12" in " ".join(
+        verdict_of(analyse(study))
+    )
     assert 0.5 < row["a12"] < 1.0
 
 
 def test_no_difference_is_said_as_well():
-    sentences = verdict_of(groups(ga=-8.0, random=-7.98))
+    sentences = verdict_of(analyse(groups(ga=-8.0, random=-7.98)))
     assert sentences[1].startswith("No significant difference between ga and random (median 0.02 behind; ga better")
     assert not any("too few" in sentence for sentence in sentences)
 
@@ -412,47 +414,47 @@ def test_too_few_runs_are_named_pair_by_pair():
         *[made_run("random", s, v) for s, v in enumerate(spread(-7.98))],
         *[made_run("short", s, -7.9) for s in range(2)],
     )
-    assert "The searches are too few for a significant difference from short." in verdict_of(study)
+    assert "The searches are too few for a significant difference from short." in verdict_of(analyse(study))
 
 
 def test_the_interval_is_of_the_median_and_needs_five_runs():
     values = [-9.0, -8.0, -7.0, -6.0, 20000.0]
-    (one,) = compare(made_study(*[made_run("ga", s, value) for s, value in enumerate(values)]))
+    (one,) = analyse(made_study(*[made_run("ga", s, value) for s, value in enumerate(values)])).comparisons
     (row,) = summary_rows(one)
     assert row["ci_low"] <= row["median"] == -7.0 <= row["ci_high"]
     assert row["ci_low"] == -9.0
-    (one,) = compare(made_study(*[made_run("ga", s, value) for s, value in enumerate(values[:4])]))
+    (one,) = analyse(made_study(*[made_run("ga", s, value) for s, value in enumerate(values[:4])])).comparisons
     assert np.isnan(summary_rows(one)[0]["ci_low"])
-    assert "interval" not in verdict_of(made_study(*[made_run("ga", s, -8.0, -6.0) for s in range(4)]))[0]
+    assert "interval" not in verdict_of(analyse(made_study(*[made_run("ga", s, -8.0, -6.0) for s in range(4)])))[0]
 
 
 def test_few_fresh_values_are_no_verdict():
     seen = [made_run(name, s, v) for name in ("ga", "random") for s, v in enumerate(spread(-8.0, 4))]
     few = made_study(*[made_run("lucky", s, -8.0, -99.0) for s in range(3)], *seen)
-    first, *others = verdict_of(few)
+    first, *others = verdict_of(analyse(few))
     assert first.startswith("Gini fitness, reported: ")
     assert (
         "Fewer than half of the searches are re-evaluated, so this compares the reported fitness. Not re-evaluated: "
         "ga (4 of 4 searches) and random (4 of 4 searches)."
     ) in others
     most = made_study(*[made_run("ga", s, -8.0, -7.0) for s in range(5)], *seen[:1])
-    first, *others = verdict_of(most)
+    first, *others = verdict_of(analyse(most))
     assert first.startswith("Gini fitness, held out: ")
     assert "Left out, because not re-evaluated yet: ga (1 of 6 searches)." in others
 
 
 def test_fresh_minus_seen_is_said_with_its_interval():
     study = made_study(*[made_run("ga", s, -8.0, -6.0) for s in range(6)])
-    assert verdict_of(study)[2] == "Success rate of the best sets on held-out seeds: ga 100 %."
-    assert verdict_of(study)[3] == (
+    assert verdict_of(analyse(study))[2] == "Success rate of the best sets on held-out seeds: ga 100 %."
+    assert verdict_of(analyse(study))[3] == (
         "Held-out minus reported fitness, gini fitness: the searches report a median of -8.00. With held-out seeds and "
         "nominal noise the median difference is +2.00 (95 % interval +2.00 to +2.00, n = 6 different sets). It is the "
         "selection bias (winner's curse) and the effect of the other noise together. All controllers solved all maps "
         "of a set in 100 % of trials. In 100 % of these the maps keep their rank."
     )
     better = made_study(*[made_run("ga", s, -8.0, -8.5) for s in range(6)])
-    assert "the median difference is -0.50" in verdict_of(better)[3]
-    assert not any("worse" in sentence for sentence in verdict_of(better))
+    assert "the median difference is -0.50" in verdict_of(analyse(better))[3]
+    assert not any("worse" in sentence for sentence in verdict_of(analyse(better)))
 
 
 def test_luck_is_counted_once_and_where_something_was_selected():
@@ -482,15 +484,15 @@ def test_added_noise_is_called_noise(searched, again, words):
     settings = StudySettings(name="made", configurations=[{"name": "a"}], reevaluation={"noise": again})
     study = StudyResults(Path("made"), settings, "0", {}, {}, (run,), ())
     assert conditions(run, study) == words
-    assert ("other noise" in verdict_of(study)[-1]) == ("noise" in words)
+    assert ("other noise" in verdict_of(analyse(study))[-1]) == ("noise" in words)
 
 
 def test_sets_driven_again_in_an_easier_world_beat_nobody():
     runs = [made_run("noisy", s, -7.0, v) for s, v in enumerate(spread(-1.0))]
     easy = [made_run("calm", s, -7.0, v) for s, v in enumerate(spread(-7.0))]
-    assert any("beats noisy" in sentence for sentence in verdict_of(made_study(*runs, *easy)))
+    assert any("beats noisy" in sentence for sentence in verdict_of(analyse(made_study(*runs, *easy))))
     calm = [replace(run, configuration=run.configuration.replace(fresh_noise="none")) for run in easy]
-    assert not any("beats" in sentence for sentence in verdict_of(made_study(*runs, *calm)))
+    assert not any("beats" in sentence for sentence in verdict_of(analyse(made_study(*runs, *calm))))
 
 
 def test_the_order_is_judged_where_all_maps_are_solved():
@@ -505,7 +507,7 @@ def test_the_order_is_judged_where_all_maps_are_solved():
     never = Reevaluation(results, singles[2:], singles[2:], (0.0, 0.3, 0.6))
     failed = type(run)(**{**vars(run), "reevaluation": never})
     assert rank_agreement([failed]) == pytest.approx((np.nan, 0.0), nan_ok=True)
-    assert "In no trial did all controllers solve all maps" in verdict_of(made_study(failed))[-1]
+    assert "In no trial did all controllers solve all maps" in verdict_of(analyse(made_study(failed)))[-1]
     assert rank_agreement([]) == pytest.approx((np.nan, np.nan), nan_ok=True)
 
 
@@ -516,19 +518,19 @@ def test_what_repeats_buy_is_said():
     )
     rows = {row["configuration"]: row for row in held_out_rows(study)}
     assert (rows["once"]["selection_bias"], rows["thrice"]["selection_bias"]) == (3.0, 0.5)
-    assert verdict_of(study)[-1] == (
+    assert verdict_of(analyse(study))[-1] == (
         "Repeats of every run in the search (once with 1: held-out minus reported fitness +3.00, rank agreement 100 %; "
         "thrice with 3: held-out minus reported fitness +0.50, rank agreement 100 %)."
     )
 
 
 def test_little_is_said_about_little():
-    assert verdict_of(made_study()) == ["No search of this study is finished."]
-    assert verdict_of(made_study(made_run("ga", 0, -8.0)))[0] == (
+    assert verdict_of(analyse(made_study())) == ["No search of this study is finished."]
+    assert verdict_of(analyse(made_study(made_run("ga", 0, -8.0))))[0] == (
         "Gini fitness, reported: ga has the median -8.00 (mean -8.00, n = 1; lower is better). It is the only "
         "configuration."
     )
-    no_pattern = verdict_of(made_study(made_run("a", 0, -8.0), made_run("b", 0, 20000.0)))
+    no_pattern = verdict_of(analyse(made_study(made_run("a", 0, -8.0), made_run("b", 0, 20000.0))))
     shown = "b (no pattern in the median; a better in 100 % of pairs of searches, A12; p = 1; n = 1 and 1)"
     assert no_pattern[1] == f"No significant difference between a and {shown}."
     assert no_pattern[2] == "The searches are too few for a significant difference from b."
@@ -548,7 +550,7 @@ def test_maps_by_hand():
 
 def test_a_study_is_written_as_tidy_tables(study_path):
     results = load_results(study_path)
-    files = {path.stem: path for path in write_tables(results)}
+    files = {path.stem: path for path in write_tables(analyse(results), results.path)}
     assert set(files) == {
         "runs", "reevaluation", "generations", "summary", "tests", "pairs", "ranks", "maps", "measures", "repeats",
         "reported_fitness",
