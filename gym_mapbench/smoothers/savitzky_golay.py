@@ -42,6 +42,7 @@ class SavitzkyGolayParams(ReleaseSettings):
         enforce_path_inversion: Lyrical: whether to smooth by itself each part on which the robot keeps its direction.
         window_size: Lyrical: number of points to which the polynomial is fitted, odd; 7 in older releases.
         poly_order: Lyrical: order of the polynomial, below ``window_size``; 3 in older releases.
+        release: Release of Nav2.
     """
 
     MISSING: ClassVar[Mapping[Release, Mapping[str, str]]] = {"humble": _BEFORE_LYRICAL, "jazzy": _BEFORE_LYRICAL}

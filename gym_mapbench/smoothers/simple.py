@@ -39,6 +39,7 @@ class SimpleSmootherParams(ReleaseSettings):
         do_refinement: Whether to smooth the smoothed path again.
         refinement_num: How many times (since Jazzy); in Humble 4 times.
         enforce_path_inversion: Lyrical: whether to smooth by itself each part on which the robot keeps its direction.
+        release: Release of Nav2.
     """
 
     MISSING: ClassVar[Mapping[Release, Mapping[str, str]]] = {
