@@ -65,7 +65,7 @@ class SimpleSmootherParams(ReleaseSettings):
 
 @dataclass(frozen=True)
 class SimpleSmoother:
-    """Smooth by pulling points.
+    """Smooth by pulling each point towards its neighbours and towards the plan.
 
     A part stays at its last round without a collision, or at round ``max_its``. In Humble the parts behind it then stay
     as they are, and the path counts as not completed.
