@@ -1,10 +1,10 @@
-"""What the behaviour tree does to controllers: the same maps, noise and people with other rules of replanning.
+"""What the behaviour tree does to controllers: the same maps, noise and people with other rules of planning.
 
-``python benchmarks/trees.py [--maps N] [--seeds R] [--people P ...] [--out FILE]`` samples maps of the families without
-a route, with and without people, and runs DWB, MPPI and RPP with Nav2's default tree (a plan each second), with a plan
-every five seconds, with one after each metre, and with one only where the path is no longer free. It prints shares with
-Wilson intervals, McNemar's exact test, paired ratios and means with bootstrap intervals, over maps. ``--out`` is
-continued.
+``python benchmarks/trees.py [--maps N] [--seeds R] [--people P ...] [--trees T ...] [--out FILE]`` samples maps of the
+families without a route, with and without people, and runs DWB, MPPI and RPP with Nav2's default tree (a plan each
+second), with a plan every five seconds, with one after each metre, and with one only where the path is no longer free;
+or, if ``--trees`` names them, with a smoothed plan each second. It prints shares with Wilson intervals, McNemar's exact
+test, paired ratios and means with bootstrap intervals, over maps. ``--out`` is continued.
 """
 
 from __future__ import annotations
@@ -25,12 +25,15 @@ from evolution.search import load_preset
 
 XML = Path(__file__).parents[1] / "examples" / "behavior_trees"
 DEFAULT = "each second (default)"
-TREES = {
+REPLANNING = {
     DEFAULT: {},
     "every 5 s": {"replanning_frequency": 0.2},
     "after each metre": {"xml": (XML / "replan_by_distance.xml").read_text(encoding="utf-8")},
     "if the path is not free": {"xml": (XML / "replan_if_invalid.xml").read_text(encoding="utf-8")},
 }
+SMOOTHERS = {"smoothed: simple": "simple", "smoothed: Savitzky-Golay": "savitzky_golay"}
+SMOOTHED = {"xml": (XML / "smooth_path.xml").read_text(encoding="utf-8")}
+TREES = REPLANNING | dict.fromkeys(SMOOTHERS, SMOOTHED)
 CONTROLLERS = ("dwb", "mppi", "rpp")
 FIRST_SEED = 9000
 COLUMNS = ("people", "tree", "map", "controller", "repeat", "outcome", "time_s")
@@ -45,11 +48,12 @@ def driven(args: argparse.Namespace) -> list[Row]:
     rows = read_runs(args.out) if args.out.exists() else []
     done = {(int(row["people"]), row["tree"]) for row in rows}
     for count in args.people:
-        for name, changes in TREES.items():
+        for name in args.trees:
             if (count, name) in done:
                 continue
-            tree = BehaviorTree(**changes)
-            own = settings.replace(navigation=settings.navigation.replace(bt=tree))
+            smoothers = {"only": {"kind": SMOOTHERS[name]}} if name in SMOOTHERS else {}
+            navigation = settings.navigation.replace(bt=BehaviorTree(**TREES[name]), smoothers=smoothers)
+            own = settings.replace(navigation=navigation)
             options = {"settings": own, "seed": 29, "repeats": args.seeds, "workers": args.workers}
             found = bench(among(scenarios, count), args.controllers, **options).rows
             rows += [{**row, "people": count, "tree": name} for row in found]
@@ -81,6 +85,7 @@ def main() -> None:
     parser.add_argument("--first-seed", type=int, default=FIRST_SEED, help="seed of the first map (default 9000)")
     parser.add_argument("--controllers", nargs="+", default=CONTROLLERS, help="controllers (default all three)")
     parser.add_argument("--people", type=int, nargs="+", default=[0, 6], help="numbers of people (default 0 and 6)")
+    parser.add_argument("--trees", nargs="+", default=tuple(REPLANNING), choices=TREES, help="trees, the default first")
     parser.add_argument("--workers", type=int, default=2, help="processes (default 2)")
     parser.add_argument("--out", type=Path, default=Path("trees.csv"), help="table of runs (default trees.csv)")
     args = parser.parse_args()
@@ -90,7 +95,7 @@ def main() -> None:
     for count in args.people:
         for controller in args.controllers:
             before = of(rows, people=count, controller=controller, tree=DEFAULT)
-            for tree in TREES:
+            for tree in args.trees:
                 found = cells(of(rows, people=count, controller=controller, tree=tree), before)
                 print(f"| {count} | {controller} | {tree} | {' | '.join(found)} |")
 

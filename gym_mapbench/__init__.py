@@ -7,6 +7,7 @@ Rooms, each of which imports only those below it:
 ``env``                      the Gymnasium envs: task, action, observation, reward
 ``mapio``                    map files in and out
 ``generator``                families of maps
+``smoothers``                Nav2's path smoothers
 ``planners``, ``costmap``    Nav2's global planners and costmap layers
 ``world``                    walls, moving bodies, robot, physics, sensors, noise
 ``files``                    bounded reading of untrusted files

@@ -10,6 +10,7 @@
     |   `-- NoPathError            start and goal are not connected
     |       |-- EndpointError      start or goal is off the map or in an obstacle
     |       `-- UnsafeEndpointError  start or goal is too near an obstacle
+    |-- SmoothingError             a path smoother could not smooth a path
     |-- RunError                   a run directory, a store or a worker
     `-- PluginError                code that a user added and that failed
 """
@@ -75,6 +76,10 @@ class EndpointError(NoPathError):
 
 class UnsafeEndpointError(NoPathError):
     """Start or goal is too near an obstacle or unknown, and Nav2's planner does not say which: recoveries are tried."""
+
+
+class SmoothingError(MapBenchError):
+    """A path smoother could not smooth a path (Nav2's ``FailedToSmoothPath``)."""
 
 
 class RunError(MapBenchError):

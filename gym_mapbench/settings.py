@@ -113,7 +113,9 @@ class ExtendedSettings(Settings):
     def _without_newer_defaults(self, dump: SerializerFunctionWrapHandler) -> dict[str, Any]:
         values: dict[str, Any] = dump(self)
         fields = type(self).model_fields
-        unchanged = {name for name in self.newer if getattr(self, name) == fields[name].get_default()}
+        unchanged = {
+            name for name in self.newer if getattr(self, name) == fields[name].get_default(call_default_factory=True)
+        }
         return {name: value for name, value in values.items() if name not in unchanged}
 
 

@@ -209,7 +209,7 @@ def test_the_reference_of_commands_is_complete():
 @pytest.mark.parametrize("root", options.ROOTS)
 def test_every_option_is_described(root):
     text = options.option_reference(root) + options.family_reference() + options.planner_reference()
-    text += options.layer_reference()
+    text += options.smoother_reference() + options.layer_reference()
     rows = re.findall(r"^\| `(\w+)` \| (.*?) \| .* \| .* \|$", text, re.MULTILINE)
     assert len(rows) > 40
     assert [name for name, about in rows if not about.strip()] == []

@@ -8,7 +8,15 @@ from typing import Any
 import yaml
 
 from controllers.descriptor import Nav2Controller
-from controllers.nav2_params.migration_work import ControllerGroup, Work, asks, critic_of, listed, placed
+from controllers.nav2_params.migration_work import (
+    ControllerGroup,
+    Work,
+    asks,
+    critic_of,
+    listed,
+    placed,
+    tell_awakened,
+)
 from controllers.nav2_params.yaml_edits import Entry, as_yaml
 from controllers.rotation_shim.plugin import PRIMARY
 
@@ -29,7 +37,7 @@ def migrate_controller(
     for name in [name for name in missing if name in given and f"{full}.{name}" not in moved]:
         if not _exchange(work, full, given[name], plugin):
             work.take_out(full, given[name], missing[name])
-    _tell_awakened(work, full, given, plugin)
+    tell_awakened(work, full, given, plugin)
     _replace_critics(work, full, given, plugin)
     for name, value in plugin.changed_defaults(work.source, work.target).items():
         _write_out(work, controller, name, value, f"{work.source.capitalize()}'s default")
@@ -60,15 +68,6 @@ def _tell_new(work: Work, full: str, known: set[str], given: Mapping[str, Entry]
     if asked:
         said = ", ".join(f"{name} {plugin.default(name, work.target)}" for name in asked)
         work.tell(full, f"new in {work.target.capitalize()} and at its default: {said}")
-
-
-def _tell_awakened(work: Work, full: str, given: Mapping[str, Entry], plugin: Nav2Controller) -> None:
-    """Name the given parameters that the source ignores and the target reads."""
-    missing = plugin.keys.missing
-    for name in missing.get(work.source, {}).keys() - missing.get(work.target, {}).keys():
-        if name in given and name in plugin.parameters:
-            source, target = work.source.capitalize(), work.target.capitalize()
-            work.say(f"{full}.{name}", given[name].line, f"counts in {target}, and not in {source}")
 
 
 def _exchange(work: Work, full: str, entry: Entry, plugin: Nav2Controller) -> bool:

@@ -20,7 +20,6 @@ ROS_ONLY_NODES = frozenset(
         "map_server",
         "robot_state_publisher",
         "route_server",
-        "smoother_server",
         "waypoint_follower",
     }
 )
@@ -109,6 +108,10 @@ BT_NAVIGATOR = Keys(
         "default_bt_xml_filename": "an older name of default_nav_to_pose_bt_xml; the default tree drives here",
         "transform_timeout": "an older name of transform_tolerance",
     },
+)
+SMOOTHER_SERVER = Keys(
+    ros_only=FRAMES | {"costmap_topic", "footprint_topic"},
+    elsewhere={"transform_timeout": "an older name of transform_tolerance"},
 )
 VELOCITY_SMOOTHER = Keys(
     ros_only=frozenset({"odom_topic", "stamp_smoothed_velocity_with_smoothing_time"}),

@@ -41,6 +41,8 @@ from controllers.nav2_params.older import OLD_BEHAVIORS, OLD_NODES, todays_names
 from controllers.nav2_params.plugins import COSTMAP_LAYERS
 from controllers.nav2_params.recognition import recognise
 from controllers.nav2_params.signs import kilted_key
+from controllers.nav2_params.smoother_migration import NODE as SMOOTHER_SERVER
+from controllers.nav2_params.smoother_migration import migrate_smoothers
 from controllers.nav2_params.tree_file import NAVIGATOR
 from controllers.nav2_params.tree_ids import PROGRESS_CHECKER
 from controllers.nav2_params.yaml_edits import Edits, Entry, as_yaml, entries
@@ -142,6 +144,8 @@ def _migrate_node(
         _migrate_entry(work, full, node, entry)
     if node == MONITOR:
         migrate_monitor(work, full, group)
+    if node == SMOOTHER_SERVER:
+        migrate_smoothers(work, full, group)
     moved = lyrical_migration.move_path_handling(work, full, group, controllers)
     for controller in controllers.values():
         migrate_controller(work, controller, inflation, moved)

@@ -17,7 +17,7 @@ from controllers.rotation_shim.plugin import OWN_KEYS as SHIM_KEYS
 from controllers.rotation_shim.plugin import PRIMARY
 from controllers.rpp.plugin import TURNING
 from gym_mapbench.errors import ConfigError
-from gym_mapbench.ros_params import nest_dotted
+from gym_mapbench.ros_params import RosPlugin, nest_dotted
 
 OWN_OF_SHIM = frozenset({*SHIM_KEYS, *TURNING.values(), "plugin"})
 """Parameters that the Rotation Shim itself reads."""
@@ -155,3 +155,12 @@ def placed(work: Work, controller: ControllerGroup, name: str) -> str:
     """Return the name under which a new parameter of a controller stands in its group in the target."""
     into_primary = work.target == "lyrical" != work.source and controller.kind in SHIMS
     return f"{PRIMARY}.{name}" if into_primary and name.partition(".")[0] not in OWN_OF_SHIM else name
+
+
+def tell_awakened(work: Work, full: str, given: Mapping[str, Entry], plugin: RosPlugin) -> None:
+    """Name the given parameters that the source ignores and the target reads."""
+    missing = plugin.keys.missing
+    for name in missing.get(work.source, {}).keys() - missing.get(work.target, {}).keys():
+        if name in given and name in plugin.parameters:
+            source, target = work.source.capitalize(), work.target.capitalize()
+            work.say(f"{full}.{name}", given[name].line, f"counts in {target}, and not in {source}")

@@ -7,24 +7,22 @@ presets ``thesis`` (Humble), ``jazzy`` and ``lyrical``.
 from __future__ import annotations
 
 from collections.abc import Mapping
-from contextlib import suppress
 from typing import Annotated, Any, ClassVar, Literal, Self
 
-from pydantic import BeforeValidator, Field, ValidationInfo, field_validator, model_validator
+from pydantic import BeforeValidator, Field, field_validator, model_validator
 
 from controllers.behaviors import BehaviorServer, BehaviorTree, DriveLimits, default_behaviors, default_tree
 from controllers.checkers import GOAL_CHECKERS, GoalChecker, ProgressChecker
 from controllers.collision_monitor import CollisionMonitor
+from controllers.nav2_params.plugin_settings import ControllerPlugin, PlannerPlugin, SmootherPlugin, with_release
 from controllers.nav2_params.plugins import CONTROLLERS, SHIMS
 from controllers.path_handler import PathHandler
 from controllers.releases import RELEASES, Release
 from controllers.rotation_shim.plugin import configured_inside
-from controllers.tree_xml import cleared_layers, plugin_names, read_tree
+from controllers.tree_xml import cleared_layers, plugin_names, read_tree, smooths_paths
 from gym_mapbench.costmap import CostmapParams
-from gym_mapbench.errors import ConfigError, refuse_unknown, unknown_name
-from gym_mapbench.planners import PLANNERS
+from gym_mapbench.errors import ConfigError, unknown_name
 from gym_mapbench.quantities import NonNegative, Positive
-from gym_mapbench.ros_params import RELEASE
 from gym_mapbench.settings import ExtendedSettings, Settings
 
 __all__ = [
@@ -38,6 +36,7 @@ __all__ = [
     "NavigationParams",
     "PlannerPlugin",
     "ProgressChecker",
+    "SmootherPlugin",
     "VelocitySmoother",
     "default_behaviors",
     "default_tree",
@@ -53,6 +52,8 @@ def _three(value: object) -> object:
     return value
 
 
+DEFAULT_SMOOTHER = "simple_smoother"
+"""The smoother of a smoother server that lists none."""
 Axes = Annotated[tuple[float, float, float], BeforeValidator(_three)]
 
 
@@ -85,57 +86,6 @@ class ControllerServer(ExtendedSettings):
     progress_checker: ProgressChecker = ProgressChecker()
     goal_checker: GoalChecker = GoalChecker()
     path_handler: PathHandler = PathHandler()
-
-
-class PlannerPlugin(Settings):
-    """The global planner.
-
-    Args:
-        name: ``navfn``, ``smac_2d``, ``theta_star``, or a third party's (see :mod:`gym_mapbench.planners`).
-        params: Its parameters; they are checked, completed and brought into a form that JSON can hold.
-        costmap_update_timeout: Seconds after which the planner server gives up to wait for a cleared costmap (since
-            Jazzy).
-    """
-
-    name: str = "navfn"
-    params: dict[str, Any] = Field(default_factory=dict, validate_default=True)
-    costmap_update_timeout: Positive = 1.0
-
-    @field_validator("name")
-    @classmethod
-    def _known(cls, value: str) -> str:
-        PLANNERS.get(value)
-        return value
-
-    @field_validator("params")
-    @classmethod
-    def _complete(cls, value: dict[str, Any], info: ValidationInfo) -> dict[str, Any]:
-        if "name" not in info.data:
-            return value
-        return PLANNERS.get(info.data["name"]).params(**value).model_dump(mode="json", exclude_none=True)
-
-
-class ControllerPlugin(Settings):
-    """One controller.
-
-    Args:
-        kind: Its plugin, by the name in :data:`~controllers.nav2_params.plugins.CONTROLLERS`.
-        params: Its parameters; they are checked, completed and brought into a form that JSON can hold.
-    """
-
-    kind: str
-    params: dict[str, Any] = Field(default_factory=dict, validate_default=True)
-
-    @field_validator("kind")
-    @classmethod
-    def _known(cls, value: str) -> str:
-        refuse_unknown("controller", value, CONTROLLERS)
-        return value
-
-    @field_validator("params")
-    @classmethod
-    def _complete(cls, value: dict[str, Any], info: ValidationInfo) -> dict[str, Any]:
-        return CONTROLLERS[info.data["kind"]].complete(value) if "kind" in info.data else value
 
 
 class VelocitySmoother(Settings):
@@ -183,17 +133,6 @@ class VelocitySmoother(Settings):
         return value
 
 
-def _planner_of(planner: object, release: Release) -> dict[str, Any]:
-    """Return the planner of a mapping, of a release if its parameters depend on that and do not name it."""
-    if not isinstance(planner, Mapping) or not isinstance(params := planner.get("params", {}), Mapping):
-        return {}
-    name = planner.get("name", PlannerPlugin.model_fields["name"].default)
-    with suppress(ConfigError):  # a name that is none is refused with the other values
-        if isinstance(name, str) and RELEASE in PLANNERS.get(name).params.model_fields:
-            return {"planner": {**planner, "params": {RELEASE: release, **params}}}
-    return {}
-
-
 class NavigationParams(ExtendedSettings):
     """All parameters of the navigator.
 
@@ -208,9 +147,11 @@ class NavigationParams(ExtendedSettings):
         bt: The behaviour tree.
         velocity_smoother: The velocity smoother; None if there is none between controller and base.
         collision_monitor: The collision monitor in front of the base; None if there is none.
+        smoothers: Path smoothers by name, for a tree with ``SmoothPath``; if empty, the simple smoother with the
+            defaults of Nav2's code.
     """
 
-    newer: ClassVar[tuple[str, ...]] = ("collision_monitor",)
+    newer: ClassVar[tuple[str, ...]] = ("collision_monitor", "smoothers")
 
     release: Release = "humble"
     controller_server: ControllerServer = ControllerServer()
@@ -222,6 +163,7 @@ class NavigationParams(ExtendedSettings):
     bt: BehaviorTree = BehaviorTree()
     velocity_smoother: VelocitySmoother | None = None
     collision_monitor: CollisionMonitor | None = None
+    smoothers: dict[str, SmootherPlugin] = Field(default_factory=dict)
 
     @model_validator(mode="before")
     @classmethod
@@ -238,12 +180,14 @@ class NavigationParams(ExtendedSettings):
             "local_costmap": costmap,
             "global_costmap": costmap,
         }
-        return {**defaults, **values, **_planner_of(values.get("planner"), release)}
+        return with_release({**defaults, **values}, release)
 
     @model_validator(mode="after")
     def _of_one_release(self) -> Self:
         releases = {f"controllers.{name}": plugin.params["release"] for name, plugin in self.controllers.items()}
-        releases["planner"] = self.planner.params.get("release", self.release)
+        plugins: dict[str, PlannerPlugin | SmootherPlugin] = {"planner": self.planner}
+        plugins |= {f"smoothers.{name}": one for name, one in self.smoothers.items()}
+        releases |= {name: plugin.params.get("release", self.release) for name, plugin in plugins.items()}
         releases |= {name: costmap.release for name, costmap in self.costmaps.items()}
         for name, release in releases.items():
             if release != self.release:
@@ -295,6 +239,14 @@ class NavigationParams(ExtendedSettings):
     def costmaps(self) -> dict[str, CostmapParams]:
         """Both costmaps by their names."""
         return {"local_costmap": self.local_costmap, "global_costmap": self.global_costmap}
+
+    @property
+    def used_smoothers(self) -> dict[str, SmootherPlugin]:
+        """The path smoothers by name that the tree may ask for; none if it smooths no path."""
+        if not self.bt.xml or not smooths_paths(read_tree(self.bt.xml, self.release)):
+            return {}
+        usual = SmootherPlugin(params={"release": self.release})
+        return self.smoothers or {DEFAULT_SMOOTHER: usual}
 
     @property
     def command_rate(self) -> float:

@@ -19,6 +19,7 @@ SECTIONS = (
     "global_costmap",
     "behavior_server",
     "bt_navigator",
+    "smoother_server",
     "velocity_smoother",
     "collision_monitor",
 )

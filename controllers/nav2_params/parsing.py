@@ -25,6 +25,7 @@ from controllers.nav2_params.navigation import (
 from controllers.nav2_params.nodes import COSTMAPS, SECTIONS, all_nodes, find_sections
 from controllers.nav2_params.plugins import BEHAVIORS, PLANNERS, names_in_ros, stand_in
 from controllers.nav2_params.recognition import Recognition, recognise
+from controllers.nav2_params.smoothers_section import read_smoothers
 from controllers.nav2_params.tree_file import NAVIGATOR, take_tree
 from controllers.nav2_params.tree_ids import PLANNER, TreeIds
 from controllers.releases import Release
@@ -45,6 +46,8 @@ from gym_mapbench.ros_params import (
 
 BEHIND_CONTROLLER = ("velocity_smoother", "collision_monitor")
 """Sections that stand between controller and base, and that are off if the file does not configure them."""
+IN_NO_PRESET = (*BEHIND_CONTROLLER, "smoother_server")
+"""Sections that a file without them does not take from a preset."""
 TREES_PLANNER = "GridBased"
 """The planner that Nav2's default tree asks for."""
 USUAL_PLANNER = "navfn"
@@ -101,7 +104,7 @@ def parse_nav2_params(
 
     Args:
         document: The content of the YAML file, or the whole :class:`~controllers.nav2_params.document.Document`.
-        preset: Provides the sections that are missing as a whole, except ``BEHIND_CONTROLLER``, and the kinds of
+        preset: Provides the sections that are missing as a whole, except ``IN_NO_PRESET``, and the kinds of
             controllers that are not configured; None for the defaults of Nav2's code and no further controllers.
         release: The distribution; None to recognise it.
 
@@ -121,7 +124,7 @@ def parse_nav2_params(
     servers = FilterServers(nodes, given.folder, findings)
     found, controllers = _read_sections(sections, servers)
     navigation, defaulted = _complete(found, controllers, preset or NavigationParams(release=recognition.release))
-    left_out = [name for name in SECTIONS if name not in sections and name not in BEHIND_CONTROLLER]
+    left_out = [name for name in SECTIONS if name not in sections and name not in IN_NO_PRESET]
     return Nav2Params(
         navigation,
         recognition=recognition,
@@ -164,6 +167,8 @@ def _read_sections(sections: Mapping[str, Section], servers: FilterServers) -> t
     found = {field: read(sections[name]) for name, (field, read) in READERS.items() if name in sections}
     if "planner_server" in sections:
         found["planner"] = _read_planner(sections["planner_server"], ids)
+    if "smoother_server" in sections:
+        found["smoothers"] = read_smoothers(sections["smoother_server"], file.tree)
     found |= {"bt": found["bt"].replace(xml=file.xml)} if file.xml else {}
     found |= {name: read_costmap(sections[name], filters[name]) for name in costmaps}
     found["release"] = next(iter(sections.values())).findings.release

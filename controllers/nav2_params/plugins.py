@@ -18,6 +18,7 @@ from gym_mapbench.costmap import LAYERS
 from gym_mapbench.planners import PLANNERS as ALL_PLANNERS
 from gym_mapbench.registry import Registry
 from gym_mapbench.ros_params import RosNames, RosPlugin, known_class, slashed_in_humble
+from gym_mapbench.smoothers import SMOOTHERS as ALL_SMOOTHERS
 
 PRIMARIES = {"dwb": DWB, "mppi": MPPI, "rpp": RPP, "graceful": GRACEFUL}
 """The controllers that drive by themselves."""
@@ -41,6 +42,7 @@ def _of_nav2(registry: Registry[Any]) -> Iterator[tuple[str, RosPlugin]]:
 
 
 PLANNERS = dict(_of_nav2(ALL_PLANNERS))
+SMOOTHERS = dict(_of_nav2(ALL_SMOOTHERS))
 COSTMAP_LAYERS = dict(_of_nav2(LAYERS))
 
 

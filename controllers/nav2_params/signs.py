@@ -87,6 +87,7 @@ MARKS = (
         {
             "controller_server": ("*.max_linear_vel",),
             "planner_server": ("allow_partial_planning", "*.max_cycles_factor"),
+            "smoother_server": ("*.window_size", "*.poly_order"),
             "bt_navigator": ("bt_search_directories",),
             "*": ("introspection_mode",),
         },

@@ -9,7 +9,7 @@ import numpy as np
 from controllers.collision_monitor import CollisionMonitor, MonitorPolygon
 from controllers.nav2_params.navigation import NavigationParams
 from controllers.nav2_params.parsing import Nav2Params
-from controllers.nav2_params.plugins import CONTROLLERS, PLANNERS
+from controllers.nav2_params.plugins import CONTROLLERS, PLANNERS, SMOOTHERS
 from controllers.tree_xml import read_tree
 from gym_mapbench.costmap import KeepoutFilter, SpeedFilter
 from gym_mapbench.costmap.filter_mask import HIGHEST
@@ -153,7 +153,9 @@ def _drivers(read: Nav2Params) -> str:
     others = [name for name in controllers if name not in read.own_controllers]
     driving = ", ".join(own) or f"{', '.join(others)} (of a preset)"
     foreign = f"; not built here: {', '.join(read.foreign)}" if read.foreign else ""
-    return f"drives: {driving}; plans: {PLANNERS[read.navigation.planner.name].title}{foreign}"
+    used = dict.fromkeys(SMOOTHERS[one.kind].title for one in read.navigation.used_smoothers.values())
+    smooths = f"; smooths: {', '.join(used)}" if used else ""
+    return f"drives: {driving}; plans: {PLANNERS[read.navigation.planner.name].title}{smooths}{foreign}"
 
 
 def _told(read: Nav2Params, kind: Kind, title: str, most: int | None) -> Iterator[str]:

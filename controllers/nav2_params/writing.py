@@ -10,7 +10,7 @@ from controllers.collision_monitor import CollisionMonitor
 from controllers.nav2_params.filters_writing import filter_groups, filter_nodes
 from controllers.nav2_params.monitor_section import write_monitor
 from controllers.nav2_params.navigation import BehaviorServer, ControllerServer, NavigationParams, PlannerPlugin
-from controllers.nav2_params.plugins import BEHAVIORS, CONTROLLERS, COSTMAP_LAYERS, PLANNERS
+from controllers.nav2_params.plugins import BEHAVIORS, CONTROLLERS, COSTMAP_LAYERS, PLANNERS, SMOOTHERS
 from controllers.path_handler import PATH_HANDLER_ID, PATH_HANDLERS
 from controllers.releases import Release
 from gym_mapbench.costmap import FILTERS, CostmapParams
@@ -83,6 +83,8 @@ def write_nav2_params(
         "local_costmap": _costmap(navigation.local_costmap, "local_costmap", robot),
         "global_costmap": _costmap(navigation.global_costmap, "global_costmap", robot),
     }
+    if navigation.used_smoothers:
+        nodes["smoother_server"] = _smoother_server(navigation)
     if navigation.velocity_smoother is not None:
         nodes["velocity_smoother"] = {**_options(navigation.velocity_smoother), "odom_topic": "odom"}
     if navigation.collision_monitor is not None:
@@ -207,6 +209,20 @@ def _planner_server(navigation: NavigationParams) -> dict[str, Any]:
     plugin = PLANNERS[planner.name].write(planner.params, navigation.release)
     values = {COSTMAP_TIMEOUT: planner.costmap_update_timeout, "planner_plugins": ["GridBased"], "GridBased": plugin}
     return _without_timeout(values, navigation.release, PlannerPlugin)
+
+
+def _smoother_server(navigation: NavigationParams) -> dict[str, Any]:
+    smoothers = navigation.used_smoothers
+    for name, smoother in smoothers.items():
+        if smoother.kind not in SMOOTHERS:
+            raise ConfigError(f"smoothers.{name}.kind: expected one that ROS has, got {smoother.kind!r}")
+    return {
+        "costmap_topic": _FRAMES_SINCE_JAZZY["global_costmap_topic"],
+        "footprint_topic": _FRAMES_SINCE_JAZZY["global_footprint_topic"],
+        "robot_base_frame": BASE_FRAME,
+        "smoother_plugins": list(smoothers),
+        **{name: SMOOTHERS[one.kind].write(one.params, navigation.release) for name, one in smoothers.items()},
+    }
 
 
 def _behavior_server(server: BehaviorServer, release: Release) -> dict[str, Any]:

@@ -1,6 +1,6 @@
 """BehaviorServer: runs the recovery behaviours, cycle by cycle.
 
-Source: nav2_behaviors (Humble and Jazzy) timed_behavior.hpp; nav2_costmap_2d costmap_topic_collision_checker.cpp.
+Source: nav2_behaviors (Humble and Jazzy) timed_behavior.hpp.
 """
 
 from __future__ import annotations
@@ -13,8 +13,8 @@ from controllers.navigator.actions import Outcome, Result
 from controllers.navigator.behaviors import Behavior
 from controllers.navigator.rate import NEVER, TIME_RESOLUTION, Rate
 from controllers.navigator.robot_state import RobotState
-from gym_mapbench.costmap import LETHAL_OBSTACLE, Costmap
-from gym_mapbench.kernels.footprint import footprint_cost
+from controllers.navigator.topic_collisions import is_collision_free
+from gym_mapbench.costmap import Costmap
 from gym_mapbench.world.footprint import Footprint
 from gym_mapbench.world.scenario import Pose
 
@@ -97,18 +97,4 @@ class BehaviorServer:
     def _is_blocked(self, poses: Iterable[Pose]) -> bool:
         """Whether the robot touches something at one of some poses; it does as long as there is no costmap."""
         costmap = self._costmap()
-        return costmap is None or not all(self._is_free(pose, costmap) for pose in poses)
-
-    def _is_free(self, pose: Pose, costmap: Costmap) -> bool:
-        """Whether the outline at ``pose`` touches neither an obstacle nor unknown space, and stays on the map."""
-        if costmap.world_to_map(pose.x, pose.y) is None:
-            return False
-        cost = footprint_cost(
-            costmap.costs,
-            costmap.resolution,
-            costmap.origin_x,
-            costmap.origin_y,
-            *pose,
-            self._footprint.corners,
-        )
-        return bool(cost < LETHAL_OBSTACLE)
+        return costmap is None or not all(is_collision_free(pose, costmap, self._footprint) for pose in poses)

@@ -1,7 +1,7 @@
 """Error codes by which Jazzy's tree decides whether a recovery may help.
 
-Source: nav2_msgs (Jazzy) action/FollowPath.action, ComputePathToPose.action; nav2_behavior_tree
-plugins/condition/would_a_controller_recovery_help_condition.cpp, would_a_planner_recovery_help_condition.cpp.
+Source: nav2_msgs (Jazzy) action/FollowPath.action, ComputePathToPose.action, SmoothPath.action; nav2_behavior_tree
+plugins/condition/would_a_{controller,planner,smoother}_recovery_help_condition.cpp.
 """
 
 from __future__ import annotations
@@ -21,5 +21,18 @@ START_OR_GOAL_OUTSIDE = 204
 PLANNER_TIMED_OUT = 208
 NO_VALID_PATH = 209
 
+SMOOTHER_UNKNOWN = 501
+INVALID_SMOOTHER = 502
+SMOOTHER_TIMED_OUT = 503
+SMOOTHED_PATH_IN_COLLISION = 504
+FAILED_TO_SMOOTH_PATH = 505
+INVALID_SMOOTHED_PATH = 506
+
 CONTROLLER_RECOVERY_HELPS = (CONTROLLER_UNKNOWN, PATIENCE_EXCEEDED, FAILED_TO_MAKE_PROGRESS, NO_VALID_CONTROL)
 PLANNER_RECOVERY_HELPS = (PLANNER_UNKNOWN, PLANNER_TIMED_OUT, NO_VALID_PATH)
+SMOOTHER_RECOVERY_HELPS = (
+    SMOOTHER_UNKNOWN,
+    SMOOTHER_TIMED_OUT,
+    FAILED_TO_SMOOTH_PATH,
+    SMOOTHED_PATH_IN_COLLISION,
+)

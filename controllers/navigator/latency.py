@@ -1,4 +1,4 @@
-"""Latency: how long messages and plans take between the tree and the servers."""
+"""Latency: how long messages, plans and smoothings take between the tree and the servers."""
 
 from __future__ import annotations
 
@@ -15,11 +15,13 @@ class Latency:
         message: Seconds that a message of an action takes one way.
         service: Seconds from a service's request to its answer.
         planning: Seconds that a plan takes.
+        smoothing: Seconds that the smoothing of a path takes.
     """
 
     message: float = 0.0
     service: float = 0.0
     planning: float = 0.0
+    smoothing: float = 0.0
 
     @property
     def is_ideal(self) -> bool:
@@ -29,6 +31,6 @@ class Latency:
 
 LATENCIES: dict[LatencyModel, Latency] = {
     "ideal": Latency(),
-    "nav2": Latency(message=0.0005, service=0.002, planning=0.02),
+    "nav2": Latency(message=0.0005, service=0.002, planning=0.02, smoothing=0.005),
 }
-"""``ideal``: everything is answered at once. ``nav2``: an otherwise idle computer that plans in 20 ms."""
+"""``ideal``: everything is answered at once. ``nav2``: an idle computer that plans in 20 ms and smooths in 5 ms."""

@@ -53,6 +53,7 @@ class Servers:
         keeps: Whether a path is kept near the goal instead of a new plan (Lyrical).
         is_path_valid: Whether a path is free from the pose nearest to the robot on.
         robot: What is measured of the robot.
+        smoother: Smooths paths.
     """
 
     planner: ActionServer
@@ -62,11 +63,12 @@ class Servers:
     keeps: Callable[[Any], bool]
     is_path_valid: Callable[[Any], bool]
     robot: RobotOnMap
+    smoother: ActionServer
 
     @cached_property
     def actions(self) -> tuple[ActionServer, ...]:
         """All servers of actions, in the order in which they advance."""
-        return self.planner, self.controller, *self.behaviors.values()
+        return self.planner, self.smoother, self.controller, *self.behaviors.values()
 
 
 @dataclass
@@ -79,8 +81,9 @@ class Blackboard:
         paths: Global paths by the names of their variables, ``(n, 3)``.
         followed: Name of the path that is followed.
         has_planned: Whether there was a path at any time.
-        failure: Kind and reason of the last failure of the planner or the controller.
-        codes: Jazzy's error codes of the last plan and the last path followed, by the names of their variables.
+        failure: Kind and reason of the last failure of the planner, the smoother or the controller.
+        codes: Jazzy's error codes of the last plan, smoothing and path followed, by the names of their variables.
+        values: Other results of leaves by the names of their variables.
         events: What happened so far, in order.
     """
 
@@ -91,6 +94,7 @@ class Blackboard:
     has_planned: bool = False
     failure: tuple[RunOutcome, str] = ("controller_failure", "")
     codes: dict[str, int] = field(default_factory=dict)
+    values: dict[str, float | bool] = field(default_factory=dict)
     events: list[Event] = field(default_factory=list)
 
     @property
@@ -117,6 +121,10 @@ class Blackboard:
     def would_controller_recovery_help(self, code: str = CONTROLLER_CODE) -> bool:
         """Whether a recovery may help the controller (``WouldAControllerRecoveryHelp``)."""
         return self.codes.get(code, error_codes.NONE) in error_codes.CONTROLLER_RECOVERY_HELPS
+
+    def would_smoother_recovery_help(self, code: str) -> bool:
+        """Whether a recovery may help the smoother (``WouldASmootherRecoveryHelp``)."""
+        return self.codes.get(code, error_codes.NONE) in error_codes.SMOOTHER_RECOVERY_HELPS
 
     def would_a_recovery_help(self) -> bool:
         """Whether a recovery may help the planner or the controller."""

@@ -41,6 +41,7 @@ from controllers.navigator.navigate_to_pose import Blackboard, Servers
 from controllers.navigator.path_keeper import PathKeeper, PathValidity
 from controllers.navigator.planner_server import PlannerServer
 from controllers.navigator.rate import NEVER, TIME_RESOLUTION
+from controllers.navigator.smoother_server import SmootherServer
 from controllers.navigator.speed_limits import speed_limiter
 from controllers.navigator.tree_builder import build_tree
 from controllers.navigator.tree_loop import TreeLoop
@@ -50,6 +51,8 @@ from gym_mapbench.env.render import SeenCostmap
 from gym_mapbench.errors import ConfigError
 from gym_mapbench.metrics.episode import RECOVERY_KINDS, Event, Outcome
 from gym_mapbench.planners import make_planner
+from gym_mapbench.smoothers import make_smoother
+from gym_mapbench.world.footprint import Footprint
 from gym_mapbench.world.frames import relate
 from gym_mapbench.world.scenario import Pose
 
@@ -270,6 +273,7 @@ class Navigator:
             keeps=PathKeeper(params.bt.goal_nearby_distance, self._robot, validity).keeps,
             is_path_valid=validity.is_valid,
             robot=self._robot,
+            smoother=ActionServer(self._make_smoother_server(global_footprint, latency.smoothing), latency),
         )
 
     def _make_monitor(self, context: Context) -> CollisionMonitor | None:
@@ -281,6 +285,11 @@ class Navigator:
         timeout = NEVER if self.params.release == "humble" else planner.costmap_update_timeout
         made = make_planner(planner.name, **planner.params)
         return PlannerServer(made, self._robot, self._global_costmap, planning_time, timeout)
+
+    def _make_smoother_server(self, footprint: Footprint, smoothing_time: float) -> SmootherServer:
+        smoothers = {name: make_smoother(one.kind, **one.params) for name, one in self.params.used_smoothers.items()}
+        published = self._global_costmap.published
+        return SmootherServer(smoothers, published, footprint, smoothing_time, self.params.release)
 
     def _make_behavior_server(self, setup: FollowerSetup) -> BehaviorServer:
         return BehaviorServer(

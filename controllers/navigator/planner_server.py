@@ -11,6 +11,7 @@ import numpy as np
 
 from controllers.navigator import error_codes
 from controllers.navigator.actions import Outcome, Result
+from controllers.navigator.computing import Computing
 from controllers.navigator.costmap_wait import CostmapWait, ServedCostmap
 from controllers.navigator.rate import NEVER
 from gym_mapbench.errors import EndpointError, PlanningError, PluginError, UnsafeEndpointError
@@ -29,10 +30,8 @@ class RobotOnMap(Protocol):
         ...
 
 
-class PlannerServer:
+class PlannerServer(Computing):
     """Plans from where the robot is to the goal; it waits for the global costmap where that has been cleared.
-
-    It does not look at cancellations, and takes a new goal when it is done with the old one.
 
     Args:
         planner: The planner.
@@ -40,12 +39,9 @@ class PlannerServer:
         costmap: The global costmap.
         planning_time: Seconds that a plan takes, in simulated time.
         timeout: Seconds after which it gives up to wait for the costmap.
-
-    Attributes:
-        next_time: When it has something to do, s.
     """
 
-    listens = False
+    goal: Pose
 
     def __init__(
         self,
@@ -55,24 +51,14 @@ class PlannerServer:
         planning_time: float = 0.0,
         timeout: float = NEVER,
     ) -> None:
+        super().__init__(planning_time)
         self._planner, self._robot, self._costmap = planner, robot, costmap
-        self._planning_time = planning_time
         self._wait = CostmapWait(costmap, timeout)
-        self._outcome: Outcome | None = None
-        self.next_time = NEVER
-
-    def accepts(self, goal: Pose) -> bool:
-        """Return True: every goal is taken."""
-        return True
 
     def begin(self, goal: Pose, now: float) -> None:
         """Begin to plan to a pose on the map."""
-        self._goal, self._outcome, self.next_time = goal, None, now
+        super().begin(goal, now)
         self._wait.forget()
-
-    def update(self, goal: Pose, now: float) -> bool:
-        """Return False: a newer goal is a plan of its own."""
-        return False
 
     def step(self, now: float) -> Outcome | None:
         """Go on waiting for the costmap, plan, or hand over the plan."""
@@ -81,36 +67,31 @@ class PlannerServer:
         if not self._wait.is_over(now):
             self.next_time = self._wait.next_time
             return None
-        if self._wait.has_failed:
-            return TIMED_OUT
-        self._outcome, self.next_time = self._plan(), now + self._planning_time
-        return None
+        return TIMED_OUT if self._wait.has_failed else super().step(now)
 
-    def cancel(self) -> None:
-        """Do nothing: a planner does not move the robot."""
-
-    def _plan(self) -> Outcome:
+    def compute(self) -> Outcome:
+        """Plan from where the robot is."""
         try:
-            path = self._planner.plan(self._costmap.costmap, self._robot.pose, self._goal)
+            path = self._planner.plan(self._costmap.costmap, self._robot.pose, self.goal)
         except EndpointError as error:
             return Outcome(Result.ABORTED, error_codes.START_OR_GOAL_OUTSIDE, str(error))
         except UnsafeEndpointError as error:
             return Outcome(Result.ABORTED, error_codes.PLANNER_UNKNOWN, str(error))
         except PlanningError as error:
             return Outcome(Result.ABORTED, error_codes.NO_VALID_PATH, str(error))
-        return Outcome(Result.SUCCEEDED, value=_checked(path))
+        return Outcome(Result.SUCCEEDED, value=checked_path(path, "planner"))
 
 
-def _checked(path: object) -> Path:
-    """Return the path of a planner, ``(n, 3)``.
+def checked_path(path: object, made_by: str) -> Path:
+    """Return the path of a plugin, ``(n, 3)``.
 
     Raises:
-        PluginError: If a third party's planner returned something else, or a number that is not finite.
+        PluginError: If a third party's plugin returned something else, or a number that is not finite.
     """
     try:
         poses = np.asarray(path, dtype=np.float64)
     except (TypeError, ValueError):
         poses = np.empty(0)
     if poses.ndim != 2 or poses.shape[1] != 3 or not np.isfinite(poses).all():
-        raise PluginError(f"planner: expected a path of (n, 3) finite numbers, got {path!r:.80}")
+        raise PluginError(f"{made_by}: expected a path of (n, 3) finite numbers, got {path!r:.80}")
     return poses

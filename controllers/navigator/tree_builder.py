@@ -39,7 +39,8 @@ from controllers.navigator.navigate_to_pose import (
 )
 from controllers.navigator.path_keeper import NearestPose
 from controllers.navigator.path_nodes import IsGoalNearby, TruncatePathLocal
-from controllers.tree_xml import TreeNode, cleared_costmap, named_layers, read_tree
+from controllers.navigator.smooth_path import SmoothPath
+from controllers.tree_xml import TreeNode, cleared_costmap, name_in, named_layers, read_tree, selected_plugins
 from controllers.tree_xml.nodes import RETRIES, SELECTORS
 
 GOAL_REACHED_TOLERANCE = 0.25
@@ -57,7 +58,8 @@ def build_tree(board: Blackboard, params: NavigationParams, servers: Servers, la
         latency: How long messages take.
     """
     if params.bt.xml:
-        return _Builder(board, params, servers, latency).build(read_tree(params.bt.xml, params.release))
+        tree = read_tree(params.bt.xml, params.release)
+        return _Builder(board, params, servers, latency, selected_plugins(tree)).build(tree)
     build = navigate_to_pose_w_replanning_and_recovery if params.bt.recoveries else navigate_to_pose_w_replanning
     return build(board, params, servers, latency)
 
@@ -65,8 +67,16 @@ def build_tree(board: Blackboard, params: NavigationParams, servers: Servers, la
 class _Builder:
     """Builds the nodes of a tree that was read."""
 
-    def __init__(self, board: Blackboard, params: NavigationParams, servers: Servers, latency: Latency) -> None:
+    def __init__(
+        self,
+        board: Blackboard,
+        params: NavigationParams,
+        servers: Servers,
+        latency: Latency,
+        selected: Mapping[str, str],
+    ) -> None:
         self.board, self.params, self.servers, self.latency = board, params, servers, latency
+        self.selected = selected
 
     def build(self, read: TreeNode) -> Node:
         """Build a node and all below it."""
@@ -88,6 +98,11 @@ class _Builder:
     def plan(self, ports: Ports) -> Node:
         """Make the leaf that plans."""
         return ComputePathToPose(self.board, self.servers.planner, self.latency, ports["path"], ports["error_code_id"])
+
+    def smooth(self, ports: Ports) -> Node:
+        """Make a leaf that has a path smoothed."""
+        name = name_in(ports["smoother_id"], self.selected)
+        return SmoothPath(self.board, self.servers.smoother, self.latency, ports, name)
 
     def follow(self, ports: Ports) -> Node:
         """Make the leaf that follows a path; it is the path of the run."""
@@ -212,7 +227,11 @@ MAKERS: dict[str, Callable[[_Builder, Ports, list[Node]], Node]] = {
     "WouldAControllerRecoveryHelp": lambda b, p, c: Condition(
         partial(b.board.would_controller_recovery_help, p["error_code"])
     ),
+    "WouldASmootherRecoveryHelp": lambda b, p, c: Condition(
+        partial(b.board.would_smoother_recovery_help, p["error_code"])
+    ),
     "ComputePathToPose": lambda b, p, c: b.plan(p),
+    "SmoothPath": lambda b, p, c: b.smooth(p),
     "FollowPath": lambda b, p, c: b.follow(p),
     "ClearEntireCostmap": lambda b, p, c: b.clear(p),
     "Spin": lambda b, p, c: b.spin(p),

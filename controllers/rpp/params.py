@@ -7,9 +7,9 @@ from __future__ import annotations
 
 from typing import Any, ClassVar
 
-from controllers.parameters import ReleaseSettings
 from controllers.releases import Release
 from gym_mapbench.quantities import NonNegative, Positive
+from gym_mapbench.ros_params import ReleaseSettings
 
 ROS_ONLY_KEYS = frozenset({"plugin", "transform_tolerance"})
 """Keys of a parameter file that mean nothing without ROS: listed as ignored."""

@@ -1,6 +1,28 @@
 """Behaviour trees in the XML of BehaviorTree.CPP: which nodes are built here, and how a file is read."""
 
 from controllers.tree_xml.nodes import NODES, TreeNode
-from controllers.tree_xml.reading import cleared_costmap, cleared_layers, named_layers, plugin_names, read_tree
+from controllers.tree_xml.reading import (
+    cleared_costmap,
+    cleared_layers,
+    name_in,
+    named_layers,
+    named_smoothers,
+    plugin_names,
+    read_tree,
+    selected_plugins,
+    smooths_paths,
+)
 
-__all__ = ["NODES", "TreeNode", "cleared_costmap", "cleared_layers", "named_layers", "plugin_names", "read_tree"]
+__all__ = [
+    "NODES",
+    "TreeNode",
+    "cleared_costmap",
+    "cleared_layers",
+    "name_in",
+    "named_layers",
+    "named_smoothers",
+    "plugin_names",
+    "read_tree",
+    "selected_plugins",
+    "smooths_paths",
+]

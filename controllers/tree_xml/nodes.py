@@ -172,8 +172,22 @@ NODES: dict[str, NodeType] = {
     "DistanceTraveled": NodeType(0, {"distance": Number(1.0, 0)}),
     "WouldAPlannerRecoveryHelp": NodeType(0, {"error_code": Variable()}, SINCE_JAZZY),
     "WouldAControllerRecoveryHelp": NodeType(0, {"error_code": Variable()}, SINCE_JAZZY),
+    "WouldASmootherRecoveryHelp": NodeType(0, {"error_code": Variable()}, SINCE_JAZZY),
     "ComputePathToPose": NodeType(
         0, {"goal": Variable("goal"), "path": PATH, "planner_id": Name(), "error_code_id": Variable()}
+    ),
+    "SmoothPath": NodeType(
+        0,
+        {
+            "unsmoothed_path": Variable(),
+            "smoothed_path": Variable(),
+            "smoother_id": Name(),
+            "max_smoothing_duration": Number(3.0),
+            "check_for_collisions": Switch(False),
+            "smoothing_duration": Variable(),
+            "was_completed": Variable(),
+            "error_code_id": Variable(),
+        },
     ),
     "FollowPath": NodeType(
         0,

@@ -37,7 +37,11 @@ SHARED = ("__shared_blackboard", "__autoremap", "_autoremap")
 """Attributes by which all variables of a subtree are those of the tree around it."""
 SWITCHES = {"true": True, "1": True, "false": False, "0": False}
 GOAL = "goal"
-WRITTEN_PATHS = {"ComputePathToPose": "path", "TruncatePathLocal": "output_path"}
+SMOOTH = "SmoothPath"
+SMOOTHER = "smoother_id"
+"""The port with which each leaf may name another smoother; the other ports name one plugin in the whole tree."""
+WRITTEN_PATHS = {"ComputePathToPose": "path", "TruncatePathLocal": "output_path", SMOOTH: "smoothed_path"}
+WRITTEN_CODES = ("ComputePathToPose", "FollowPath", SMOOTH)
 DEEPEST, MOST_NODES = 100, 10_000
 """Largest depth and largest number of nodes of a tree, with those of its subtrees at each place."""
 CLEAR = "ClearEntireCostmap"
@@ -77,21 +81,42 @@ def plugin_names(tree: TreeNode) -> dict[str, str]:
     Raises:
         ConfigError: If two leaves name two plugins by the same port: here one plans, one follows, one checks.
     """
-    nodes = list(tree.walk())
-    selected = {
-        f"{{{node.ports[f'selected_{of}']}}}": node.ports[f"default_{of}"]
-        for node in nodes
-        if (of := SELECTORS.get(node.name))
-    }
+    selected = selected_plugins(tree)
     found: dict[str, str] = {}
-    for node in nodes:
+    for node in tree.walk():
         for port, value in node.ports.items():
-            if not port.endswith("_id") or not isinstance(NODES[node.name].ports[port], Name):
+            if port == SMOOTHER or not port.endswith("_id") or not isinstance(NODES[node.name].ports[port], Name):
                 continue
-            name = selected.get(value, "" if value.startswith("{") else value)
+            name = name_in(value, selected)
             if name and found.setdefault(port, name) != name:
                 raise ConfigError(f"{port}: expected one in the whole tree, got {found[port]!r} and {name!r}")
     return found
+
+
+def selected_plugins(tree: TreeNode) -> dict[str, str]:
+    """Return the plugins that selectors put into variables, by the variable as a port gives it: ``{name}``."""
+    return {
+        f"{{{node.ports[f'selected_{of}']}}}": node.ports[f"default_{of}"]
+        for node in tree.walk()
+        if (of := SELECTORS.get(node.name))
+    }
+
+
+def name_in(value: str, selected: Mapping[str, str]) -> str:
+    """Return the plugin that a port's value names, itself or by a variable of a selector; empty if it names none."""
+    return selected.get(value, "" if value.startswith("{") else value)
+
+
+def smooths_paths(tree: TreeNode) -> bool:
+    """Whether a tree asks for a path smoother."""
+    return any(node.name == SMOOTH for node in tree.walk())
+
+
+def named_smoothers(tree: TreeNode) -> list[str]:
+    """Return the smoothers for which the leaves of a tree ask, each once; an empty name stands for the only one."""
+    selected = selected_plugins(tree)
+    asked = [node.ports[SMOOTHER] for node in tree.walk() if node.name == SMOOTH]
+    return list(dict.fromkeys(name_in(value, selected) for value in asked))
 
 
 def cleared_costmap(ports: Mapping[str, Any]) -> str:
@@ -273,13 +298,15 @@ def _check_variables(tree: TreeNode) -> None:
     nodes = list(tree.walk())
     goals = {GOAL, *(node.ports["output_goal"] for node in nodes if node.name == "GoalUpdater")}
     paths = {node.ports[port] for node in nodes if (port := WRITTEN_PATHS.get(node.name))}
-    codes = {node.ports["error_code_id"] for node in nodes if node.name in ("ComputePathToPose", "FollowPath")}
-    known = {"goal": goals, "input_goal": goals, "path": paths, "input_path": paths, "error_code": codes - {""}}
+    codes = {node.ports["error_code_id"] for node in nodes if node.name in WRITTEN_CODES}
+    known = {"goal": goals, "input_goal": goals, "error_code": codes - {""}}
+    known |= dict.fromkeys(("path", "input_path", "unsmoothed_path"), paths - {""})
     for node in nodes:
         for port in known.keys() & node.ports.keys():
             if node.ports[port] not in known[port]:
                 some = ", ".join(f"{{{name}}}" for name in sorted(known[port])) or "one that a node writes"
-                raise ConfigError(f"{node.name}.{port}: expected {some}, got {{{node.ports[port]}}}")
+                got = f"{{{node.ports[port]}}}" if node.ports[port] else "none"
+                raise ConfigError(f"{node.name}.{port}: expected {some}, got {got}")
     if not any(node.name == "FollowPath" for node in nodes):
         raise ConfigError("expected a node FollowPath, got none: nothing drives the robot")
 

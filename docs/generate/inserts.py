@@ -23,6 +23,7 @@ from docs.generate.options import (
     motion_reference,
     option_reference,
     planner_reference,
+    smoother_reference,
 )
 from docs.generate.thesis_tables import thesis_sizes, thesis_speeds, thesis_times
 
@@ -33,6 +34,7 @@ INSERTS: dict[str, Callable[..., str]] = {
     "options": option_reference,
     "family_options": family_reference,
     "planner_options": planner_reference,
+    "smoother_options": smoother_reference,
     "layer_options": layer_reference,
     "names": names_of,
     "contents": contents_of,

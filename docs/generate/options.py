@@ -21,6 +21,7 @@ from gym_mapbench.costmap import LAYERS
 from gym_mapbench.generator import FAMILIES
 from gym_mapbench.planners import PLANNERS
 from gym_mapbench.settings import Settings
+from gym_mapbench.smoothers import SMOOTHERS
 from gym_mapbench.world.motions import MOTIONS
 
 ROOTS: dict[str, tuple[str, type[Settings]]] = {
@@ -66,6 +67,11 @@ def motion_reference() -> str:
 def planner_reference() -> str:
     """Return a table of the options of every planner."""
     return "\n\n".join(_section(key, PLANNERS[key].params) for key in PLANNERS.built_in)
+
+
+def smoother_reference() -> str:
+    """Return a table of the options of every path smoother."""
+    return "\n\n".join(_section(key, SMOOTHERS[key].params) for key in SMOOTHERS.built_in)
 
 
 def layer_reference() -> str:

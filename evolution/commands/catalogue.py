@@ -25,6 +25,7 @@ from gym_mapbench.mapio.formats import FORMATS
 from gym_mapbench.metrics import METRICS
 from gym_mapbench.planners import PLANNERS, PlannerEntry
 from gym_mapbench.registry import Registry
+from gym_mapbench.smoothers import SMOOTHERS, SmootherEntry
 from gym_mapbench.world.motions import MOTIONS
 from gym_mapbench.world.noise import NOISES
 from gym_mapbench.world.robot import ROBOTS
@@ -62,7 +63,7 @@ def _of_registry(
 
 def _first_line(entry: Any) -> str:
     """Return the first line of the docstring of an entry, or of its function or class."""
-    if isinstance(entry, PlannerEntry):
+    if isinstance(entry, (PlannerEntry, SmootherEntry)):
         entry = entry.make
     elif not isinstance(entry, type) and not inspect.isroutine(entry):
         entry = next(part for part in (*_fields(entry), type(entry)) if callable(part))
@@ -123,6 +124,7 @@ def _heading(package: str, folder: str) -> Callable[[str], str]:
 KINDS: dict[str, Kind] = {
     "controllers": _controllers(),
     "planners": _of_registry(PLANNERS, "--planner"),
+    "smoothers": _of_registry(SMOOTHERS, "navigation: {smoothers: ...}"),
     "layers": _of_registry(LAYERS, "costmap plugins:"),
     "robots": _of_registry(ROBOTS, "--robot", _settings_in(ROBOTS))._replace(about=_robot),
     "params": Kind("--params", lambda: PRESETS, _heading("controllers", "presets"), read_preset),

@@ -20,6 +20,7 @@ from gym_mapbench.errors import ConfigError
 from gym_mapbench.metrics import measure
 from gym_mapbench.metrics.episode import Episode
 from gym_mapbench.planners import PLANNERS
+from gym_mapbench.smoothers import SMOOTHERS
 from gym_mapbench.world.clearance import check_clearance
 from gym_mapbench.world.motions import MOTIONS
 from gym_mapbench.world.scenario import Scenario
@@ -51,6 +52,8 @@ def try_controllers(specs: Iterable[ControllerSpec], settings: DriveSettings) ->
             frequency or the sensors of the world.
     """
     PLANNERS.for_workers(settings.navigation.planner.name)
+    for smoother in settings.navigation.smoothers.values():
+        SMOOTHERS.for_workers(smoother.kind)
     for costmap in settings.navigation.costmaps.values():
         for layer in costmap.plugins:
             LAYERS.for_workers(layer)

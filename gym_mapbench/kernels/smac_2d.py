@@ -1,6 +1,6 @@
-"""Smac 2D: cost-aware A* on the eight neighbours, and the smoother behind it.
+"""Smac 2D: cost-aware A* on the eight neighbours.
 
-Source: nav2_smac_planner/src/a_star.cpp, node_2d.cpp, smoother.cpp (Humble).
+Source: nav2_smac_planner/src/a_star.cpp, node_2d.cpp (Humble).
 """
 
 from __future__ import annotations
@@ -9,14 +9,11 @@ import math
 
 import numpy as np
 
-from gym_mapbench.kernels.geometry import cell_index
 from gym_mapbench.kernels.jit import kernel
 from gym_mapbench.kernels.search import NOT_LISTED, STEP_COL, STEP_ROW, framed_costs, list_cell, take_first, trace_back
 
 DIAGONAL = math.sqrt(2.0)
 NO_CELL = -1
-MAX_NON_OBSTACLE = 252
-UNKNOWN = 255
 
 
 @kernel
@@ -75,30 +72,3 @@ def _search(step, width, start, goal, tolerance, max_iterations, max_on_approach
                 if ahead < least:
                     nearest, least = near, ahead
     return nearest if least < tolerance else NO_CELL
-
-
-@kernel
-def smooth(path, costs, resolution, origin_x, origin_y, w_data, w_smooth, tolerance, max_iterations):
-    """Pull the inner points of ``path`` ``(n, 2)`` m towards their neighbours until they rest.
-
-    Returns:
-        The path, and whether it came to rest; else it is that of the last round without a collision.
-    """
-    smoothed, last = path.copy(), path.copy()
-    rows, cols = costs.shape
-    for _ in range(max_iterations - 1):
-        change = 0.0
-        for i in range(1, len(path) - 1):
-            for axis in range(2):
-                old = smoothed[i, axis]
-                bend = smoothed[i + 1, axis] + smoothed[i - 1, axis] - 2.0 * old
-                smoothed[i, axis] = old + w_data * (path[i, axis] - old) + w_smooth * bend
-                change += abs(smoothed[i, axis] - old)
-            cell = cell_index(smoothed[i, 0], smoothed[i, 1], origin_x, origin_y, resolution, rows, cols)
-            if cell < 0 or MAX_NON_OBSTACLE < costs[cell // cols, cell % cols] < UNKNOWN:
-                return last, False
-        for i in range(len(path)):
-            last[i, 0], last[i, 1] = smoothed[i, 0], smoothed[i, 1]
-        if change < tolerance:
-            return smoothed, True
-    return last, False

@@ -62,6 +62,11 @@ class BundledNavigation:
         return bool(_plugins(self.params, "behavior_server", "behavior_plugins", least=0))
 
     @property
+    def smooths_paths(self) -> bool:
+        """Whether the tree asks the smoother server for smoothed paths."""
+        return "smoother_server" in self.params
+
+    @property
     def smooths(self) -> bool:
         """Whether the velocity smoother stands between controller and base."""
         return "velocity_smoother" in self.params

@@ -70,7 +70,9 @@ class RosPackage:
             "package.xml": render("package.xml.j2", **values),
             "CMakeLists.txt": render("CMakeLists.txt.j2", **values),
             TASKS: json.dumps(self._tasks(), indent=1) + "\n",
-            "launch/benchmark.launch.py": render("benchmark.launch.py.j2", **values),
+            "launch/benchmark.launch.py": render(
+                "benchmark.launch.py.j2", smooths_paths=self.navigation.smooths_paths, **values
+            ),
             RUNNER: render("run_benchmark.py.j2", columns=list(COLUMNS), **values),
             "README.md": self._readme(values),
         }

@@ -19,9 +19,9 @@ Outcome = Literal["goal", "collision", "timeout", "planner_failure", "controller
 class Event(NamedTuple):
     """Something that happened during a run.
 
-    ``kind`` is one of ``replan``, ``replan_failure``, ``clear_local``, ``clear_global``, ``spin``,
-    ``wait``, ``backup``, ``controller_failure``, ``planner_failure``, ``contact``. The ``detail`` of a contact
-    is empty if only a wall was touched, otherwise ``body`` or ``wall and body``.
+    ``kind`` is one of ``replan``, ``replan_failure``, ``smoothing_failure``, ``clear_local``, ``clear_global``,
+    ``spin``, ``wait``, ``backup``, ``controller_failure``, ``planner_failure``, ``contact``. The ``detail`` of a
+    contact is empty if only a wall was touched, otherwise ``body`` or ``wall and body``.
     """
 
     time: float

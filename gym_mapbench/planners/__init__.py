@@ -6,13 +6,12 @@ from dataclasses import replace
 from typing import Any
 
 from gym_mapbench.costmap import Costmap
-from gym_mapbench.errors import ConfigError
 from gym_mapbench.planners.base import GlobalPlanner, Path, PlannerEntry
 from gym_mapbench.planners.navfn import NAVFN, NavfnParams, NavfnPlanner
 from gym_mapbench.planners.smac_2d import SMAC_2D, Smac2DParams, Smac2DPlanner, SmootherParams
 from gym_mapbench.planners.theta_star import THETA_STAR, ThetaStarParams, ThetaStarPlanner
-from gym_mapbench.registry import Registry, must_be_subclass
-from gym_mapbench.settings import Settings
+from gym_mapbench.plugin_entries import entry_or_callable, make_plugin
+from gym_mapbench.registry import Registry
 from gym_mapbench.world.scenario import Pose
 
 __all__ = [
@@ -31,20 +30,6 @@ __all__ = [
 ]
 
 
-class NoParams(Settings):
-    """Options of a planner that has none."""
-
-
-def _entry(made: Any) -> PlannerEntry:
-    """Accept an entry, or a callable that makes a planner without arguments."""
-    if isinstance(made, PlannerEntry):
-        must_be_subclass(Settings)(made.params)
-        return made
-    if not callable(made):
-        raise ConfigError(f"expected a PlannerEntry or a callable, got {type(made).__name__}")
-    return PlannerEntry(NoParams, lambda _: made())
-
-
 PLANNERS: Registry[PlannerEntry] = Registry(
     "planner",
     "planners",
@@ -53,7 +38,7 @@ PLANNERS: Registry[PlannerEntry] = Registry(
         "smac_2d": SMAC_2D,
         "theta_star": THETA_STAR,
     },
-    check=_entry,
+    check=entry_or_callable(PlannerEntry),
 )
 
 
@@ -64,12 +49,7 @@ def make_planner(name: str, **params: Any) -> GlobalPlanner:
         ConfigError: If there is no such planner, or it has no such parameter.
         PluginError: If a third party's cannot be made.
     """
-    entry = PLANNERS.get(name)
-    settings = entry.params.from_mapping(params, name)
-    with PLANNERS.blamed(name):
-        planner = entry.make(settings)
-    if not callable(getattr(planner, "plan", None)):
-        raise ConfigError(f"planner {name!r}: expected one with 'plan', got a {type(planner).__name__}")
+    planner: GlobalPlanner = make_plugin(PLANNERS, name, params, "plan")
     return planner if name in PLANNERS.built_in else _GuardedPlanner(name, planner)
 
 

@@ -15,7 +15,8 @@ from pydantic import Field
 
 from gym_mapbench.costmap import INSCRIBED_INFLATED_OBSTACLE, NO_INFORMATION, Costmap
 from gym_mapbench.errors import EndpointError, UnsafeEndpointError
-from gym_mapbench.kernels.smac_2d import search_cells, smooth
+from gym_mapbench.kernels.smac_2d import search_cells
+from gym_mapbench.kernels.smoothing import smooth_and_refine
 from gym_mapbench.planners.base import (
     Path,
     PlannerEntry,
@@ -188,13 +189,10 @@ class Smac2DPlanner:
         if len(points) < SHORTEST_SMOOTHED or options.max_iterations == 0:
             return points
         grid = costmap.costs, costmap.resolution, costmap.origin_x, costmap.origin_y
-        for _ in range(1 + (options.refinement_num if options.do_refinement else 0)):
-            points, at_rest = smooth(
-                points, *grid, options.w_data, options.w_smooth, options.tolerance, options.max_iterations
-            )
-            if not at_rest:
-                break
-        return points
+        weights = options.w_data, options.w_smooth, options.tolerance, options.max_iterations
+        refinements = options.refinement_num if options.do_refinement else 0
+        smoothed: NDArray[np.float64] = smooth_and_refine(points, *grid, *weights, refinements)[0]
+        return smoothed
 
 
 def downsampled(costmap: Costmap, factor: int) -> Costmap:

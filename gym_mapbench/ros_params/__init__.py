@@ -18,6 +18,7 @@ from gym_mapbench.ros_params.plugin import (
     slashed_in_humble,
     take_class,
 )
+from gym_mapbench.ros_params.release_settings import ReleaseSettings
 from gym_mapbench.ros_params.section import RELEASE, Section, parameter_names
 from gym_mapbench.ros_params.templates import (
     PLACEHOLDER,
@@ -36,6 +37,7 @@ __all__ = [
     "Findings",
     "Keys",
     "Kind",
+    "ReleaseSettings",
     "RosNames",
     "RosPlugin",
     "Section",

@@ -119,7 +119,7 @@ class RosPlugin:
         names: Release -> its class in ROS.
         title: Its name in a sentence.
         params: The class of its parameters. If they depend on the release, they have a field ``release``, and the
-            tables ``DEFAULTS``, ``MISSING`` and ``OURS`` (see ``controllers.parameters.ReleaseSettings``).
+            tables ``DEFAULTS``, ``MISSING`` and ``OURS`` (see :class:`ReleaseSettings`).
         other_keys: The other keys of its section.
         stands_in_for: Parts of the names of foreign classes that it stands in for.
         adapt: Brings the section of a file into the form that ``params`` reads, and lists the changes.

@@ -52,7 +52,7 @@ def test_an_absolute_path_of_a_tree_is_taken(tmp_path):
     [
         ("elsewhere.xml", "", "expected the file behavior_trees/mine.xml in the package or beside the parameter file"),
         ("behavior_trees/mine.xml", "<root", "not an XML file"),
-        ("behavior_trees/mine.xml", xml_of(f"<Sequence>{PLAN}<SmoothPath/>{FOLLOW}</Sequence>"), "node 'SmoothPath'"),
+        ("behavior_trees/mine.xml", xml_of(f"<Sequence>{PLAN}<DockRobot/>{FOLLOW}</Sequence>"), "node 'DockRobot'"),
     ],
 )
 def test_a_tree_that_cannot_drive_here_is_left_out_with_the_reason(tmp_path, place, tree, why):

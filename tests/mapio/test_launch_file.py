@@ -143,3 +143,15 @@ def test_the_servers_of_costmap_filters_are_launched_with_their_masks(monkeypatc
     written = folder / "maps" / "masks" / "a.yaml"
     assert nodes["a_filter_mask_server"].parameters[1]["yaml_filename"] == str(written)
     assert written.read_text() == masks["maps/masks/a.yaml"]
+
+
+@pytest.mark.parametrize("smooths", [True, False])
+def test_the_smoother_server_is_launched_if_there_is_one(monkeypatch, tmp_path, smooths):
+    params = PARAMS | ({"smoother_server": {"ros__parameters": {"smoother_plugins": ["a"]}}} if smooths else {})
+    folder = tmp_path / "bundle"
+    maps = [thesis_scenario(seed, f"map_{seed}") for seed in range(2)]
+    export_gazebo(maps, folder, **(OPTIONS | {"navigation": navigation(params=params)}))
+    *_, function = load_launch(monkeypatch, folder).generate_launch_description()
+    nodes = {node.name: node for node in function.function(None) if hasattr(node, "name")}
+    assert ("smoother_server" in nodes) == smooths
+    assert ("smoother_server" in nodes["lifecycle_manager"].parameters[0]["node_names"]) == smooths

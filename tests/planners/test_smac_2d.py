@@ -12,7 +12,7 @@ from scipy.sparse.csgraph import dijkstra
 
 from gym_mapbench.costmap import Costmap, CostmapParams, build_static_costmap
 from gym_mapbench.errors import ConfigError, EndpointError, NoPathError, UnsafeEndpointError
-from gym_mapbench.kernels.smac_2d import smooth
+from gym_mapbench.kernels.smoothing import smooth
 from gym_mapbench.planners.smac_2d import Smac2DParams, Smac2DPlanner, SmootherParams, downsampled
 from gym_mapbench.releases import RELEASES
 from gym_mapbench.world.footprint import Footprint

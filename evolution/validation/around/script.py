@@ -18,6 +18,7 @@ Attempt = tuple[float, int, int]
 SUCCEEDED, ABORTED, REJECTED = 4, 6, -1
 DEFAULT_REST: dict[str, Attempt] = {
     "planner": (20, SUCCEEDED, 0),
+    "smoother": (5, SUCCEEDED, 0),
     "follow": (10000, SUCCEEDED, 0),
     "spin": (1800, SUCCEEDED, 0),
     "wait": (5000, SUCCEEDED, 0),
@@ -25,14 +26,15 @@ DEFAULT_REST: dict[str, Attempt] = {
 }
 ACTIONS = {
     "planner": "compute_path_to_pose",
+    "smoother": "smooth_path",
     "follow": "follow_path",
     "spin": "spin",
     "wait": "wait",
     "backup": "backup",
 }
 LIMIT = 1e6
-PERIODS = {"planner": LIMIT, "follow": 0.05, "spin": 0.1, "wait": 0.1, "backup": 0.1}
-"""Seconds between two looks at cancellations and new goals; a planner never looks."""
+PERIODS = {"planner": LIMIT, "smoother": LIMIT, "follow": 0.05, "spin": 0.1, "wait": 0.1, "backup": 0.1}
+"""Seconds between two looks at cancellations and new goals; planner and smoother never look."""
 EMPTY: dict[Release, Attempt] = {"humble": (0, ABORTED, 0), "jazzy": (0, ABORTED, 104)}
 """What becomes of an empty path."""
 

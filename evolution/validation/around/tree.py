@@ -99,6 +99,7 @@ class TreeReplay:
             keeps=lambda path: False,
             is_path_valid=lambda path: True,
             robot=Standing(),
+            smoother=self._servers["smoother"],
         )
         self._tree = build_tree(self._board, self._params, servers, self._latency)
         self._goals = 1
