@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import logging
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import replace
 from itertools import count
@@ -35,6 +36,8 @@ from gym_mapbench.env.config import EnvConfig
 from gym_mapbench.errors import ConfigError, unknown_name
 from gym_mapbench.mapio import PoseLike, load_scenarios
 from gym_mapbench.world.scenario import MapSet, Scenario
+
+LOG = logging.getLogger(__name__)
 
 Maps = str | Path | Scenario | MapSet | LoadedRun
 """A file or directory of any kind that ``mapbench bench`` reads, or maps that are loaded already."""
@@ -83,6 +86,20 @@ def numbered(scenarios: Sequence[Scenario]) -> list[Scenario]:
         taken.add(name)
         found[name] = replace(one, name=name)
     return list(found.values())
+
+
+def each_once(scenarios: Sequence[Scenario]) -> list[Scenario]:
+    """Return scenarios without those whose map, task and people equal an earlier one's; a warning names the first."""
+    first: dict[str, Scenario] = {}
+    again = [one for one in scenarios if first.setdefault(one.digest, one) is not one]
+    if again:
+        LOG.warning(
+            "left out, as the same map and task is given before: %s (%s)%s",
+            again[0].name,
+            first[again[0].digest].name,
+            f" and {len(again) - 1} more" if len(again) > 1 else "",
+        )
+    return list(first.values())
 
 
 def listed(maps: Maps | Sequence[Maps] | None) -> list[Scenario]:

@@ -11,12 +11,11 @@ from itertools import combinations
 from typing import Any
 
 from evolution.benchmark.directory import benchmark_document
-from evolution.benchmark.paired import compare_rows
+from evolution.benchmark.paired import compare_rows, corrected
 from evolution.benchmark.runs import BenchResult, bench_row
 from evolution.benchmark.scores import score_rows
 from evolution.driving import Evaluator, JobPlan
 from evolution.files import Row, Table
-from evolution.statistics import holm
 from gym_mapbench.errors import ConfigError, refuse_unknown
 from gym_mapbench.world.scenario import Scenario
 
@@ -95,7 +94,7 @@ class ParameterComparison(BenchResult):
         """
         names = list(self._compared())
         found = [_plain(asdict(compare_rows(self.sides[a], self.sides[b]))) for a, b in names]
-        success, time = (_corrected([row[key] for row in found]) for key in ("p_success", "p_time"))
+        success, time = (corrected([row[key] for row in found]) for key in ("p_success", "p_time"))
         return [
             {"first": a, "second": b, **row, "p_success_holm": of_success, "p_time_holm": of_time}
             for (a, b), row, of_success, of_time in zip(names, found, success, time, strict=True)
@@ -215,12 +214,6 @@ def _times(rows: Sequence[Row]) -> list[float]:
 
 def _mean(values: Sequence[float]) -> float | None:
     return sum(values) / len(values) if values else None
-
-
-def _corrected(p_values: Sequence[float | None]) -> list[float | None]:
-    """Return p-values corrected by Holm; a test that was not possible has none and does not count."""
-    corrected = iter(holm([p for p in p_values if p is not None]))
-    return [None if p is None else next(corrected) for p in p_values]
 
 
 def _plain(row: Row) -> Row:

@@ -6,6 +6,7 @@ import json
 import shutil
 import subprocess
 import sys
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -14,7 +15,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 import evolution
-from evolution import bench, evolve, load, minimize, study, tune
+from evolution import bench, compare, configuration_of, evolve, load, minimize, study, tune
 from evolution.benchmark import begin_benchmark, benchmark_document
 from evolution.cli import main
 from evolution.driving import ControllerSpec, JobPlan
@@ -124,8 +125,9 @@ def test_another_experiments_directory_is_left_alone(tmp_path, changes, message)
 @pytest.mark.usefixtures("fake_robot")
 def test_maps_may_be_there_already():
     scenarios = load_scenarios(OFFICE)
-    twice = bench([OFFICE, *scenarios], "rpp", workers=1, robot="turtlebot3_burger", time_limit=20.0)
-    assert [row["walls"] for row in twice.rows] == [scenarios[0].map.digest] * 2
+    both = bench([OFFICE.with_name("hall.yaml"), *scenarios], "rpp", workers=1, time_limit=1.0)
+    assert [row["map"] for row in both.rows] == ["hall", "office"]
+    assert both.rows[1]["walls"] == scenarios[0].map.digest
 
 
 @pytest.mark.parametrize("controllers", [lambda observation: (0.0, 0.0), 3, {"name": "rpp"}])
@@ -233,11 +235,23 @@ def test_a_script_needs_no_guard(tmp_path):
 @pytest.mark.usefixtures("fake_robot")
 def test_maps_of_one_name_stay_apart(tmp_path):
     """By their names alone the pairs of two maps would be those of one."""
-    for file in OFFICE.parent.glob("office*.*"):
-        shutil.copy(file, tmp_path)
-    result = bench([OFFICE, tmp_path / "office.yaml", OFFICE], ["rpp", "far=rpp"], workers=1)
+    maps = [replace(load_scenarios(OFFICE)[0], start=Pose(0.8, y)) for y in (2.0, 2.1, 2.2)]
+    result = bench(maps, ["rpp", "far=rpp"], workers=1)
     assert [row["map"] for row in result.rows if row["controller"] == "far"] == ["office", "office_2", "office_3"]
     assert [row["pairs"] for row in result.table("pairs")] == [3]
+
+
+@pytest.mark.usefixtures("fake_robot")
+def test_a_map_that_is_given_twice_runs_and_counts_once(tmp_path, caplog):
+    for file in OFFICE.parent.glob("office*.*"):
+        shutil.copy(file, tmp_path)
+    maps = [OFFICE, OFFICE.with_name("hall.yaml"), OFFICE, tmp_path / "office.yaml"]
+    result = bench(maps, ["rpp", "far=rpp"], workers=1)
+    assert [row["map"] for row in result.rows if row["controller"] == "far"] == ["office", "hall"]
+    warning = "left out, as the same map and task is given before: office_2 (office) and 1 more"
+    assert [record.getMessage() for record in caplog.records] == [warning]
+    sides = [configuration_of(name, "fair", ["rpp"]) for name in ("a", "b")]
+    assert len(compare(maps, sides, workers=1).rows) == 4
 
 
 @given(names=st.lists(st.sampled_from(["a", "a_2", "a_3", "b"]), max_size=8))
