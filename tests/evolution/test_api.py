@@ -21,6 +21,7 @@ from evolution.cli import main
 from evolution.driving import ControllerSpec, JobPlan
 from evolution.files import Table
 from evolution.inputs import numbered, read_parameters, world_from, world_of
+from evolution.search import read_document
 from evolution.studies import StudyResults
 from gym_mapbench.errors import ConfigError, RunError
 from gym_mapbench.mapio import load_scenarios
@@ -146,6 +147,41 @@ def test_evolve_and_continue(tmp_path):
     again = evolve(resume=tmp_path / "run", workers=1)
     assert again.best_results == run.best_results == load(tmp_path / "run").best_results
     assert len(bench(run, "rpp", workers=1).rows) == 2
+
+
+@pytest.mark.usefixtures("fake_robot")
+@pytest.mark.parametrize("preset", ["thesis", "quick"])
+def test_the_config_of_a_run_repeats_it(tmp_path, preset):
+    """The operators of the default preset, which other presets do not have, must not come in between."""
+    first = evolve(preset, out=tmp_path / "first", workers=1, pop_size=2, evaluations=4, maps_per_set=2, seed=7)
+    argv = ["evolve", "--config", str(first.path / "config.json"), "--out", str(tmp_path / "again"), "--workers", "2"]
+    assert main(argv) == 0
+    for name in ("config.json", "individuals.csv", "runs.csv", "best_map_set.json", "best_results.json"):
+        assert (tmp_path / "again" / name).read_bytes() == (first.path / name).read_bytes(), name
+
+
+def test_other_versions_of_a_run_are_named_before_it_is_repeated(tmp_path, caplog):
+    config = {"format": "mapbench-run", "format_version": 1, "version": "0.0.1", "libraries": {}, "search": {}}
+    (tmp_path / "config.json").write_text(json.dumps(config))
+    read_document(tmp_path / "config.json")
+    assert "written by mapbench 0.0.1" in caplog.text
+    (tmp_path / "config.json").write_text(json.dumps({**config, "libraries": 3}))
+    with pytest.raises(RunError, match="libraries"):
+        read_document(tmp_path / "config.json")
+
+
+@pytest.mark.parametrize(
+    ("document", "message"),
+    [
+        ({"serch": {}}, "experiment: unknown section 'serch'; did you mean 'search'"),
+        ({"search": 3}, "experiment: search: expected a mapping of options, got int"),
+        ({"search": None}, "experiment: search: expected a mapping of options, got nothing"),
+        ({"version": "1"}, "experiment: unknown section 'version'"),
+    ],
+)
+def test_a_mapping_is_checked_like_a_file(document, message):
+    with pytest.raises(ConfigError, match=message):
+        evolve(document)
 
 
 @pytest.mark.usefixtures("fake_robot")
