@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import logging
 from collections.abc import Mapping
 from dataclasses import replace
 from pathlib import Path
@@ -12,7 +11,7 @@ import numpy as np
 
 from controllers.nav2_params.presets import overlay
 from evolution.driving import ControllerSpec, check_room, try_controllers
-from evolution.files import Versions, check, written_elsewhere
+from evolution.files import warn_of_versions
 from evolution.search.experiment import Experiment
 from evolution.search.operators import scenario_on
 from evolution.search.option_names import nested_document
@@ -22,8 +21,6 @@ from gym_mapbench.files.documents import read_yaml
 from gym_mapbench.generator import ShapeSettings, clear_and_border, draw_from
 from gym_mapbench.trust import refuse_code
 from gym_mapbench.world.scenario import Scenario
-
-LOG = logging.getLogger(__name__)
 
 SECTIONS = ("search", "controllers", "run")
 RECORDED = ("format", "format_version", "version", "libraries")
@@ -65,9 +62,7 @@ def read_document(path: str | Path) -> dict[str, Any]:
     if not isinstance(document, Mapping):
         raise ConfigError(f"{path}: expected the sections {', '.join(SECTIONS)}, got {type(document).__name__}")
     if "format" in document:
-        check(Versions, document, path)
-        for line in written_elsewhere(document):
-            LOG.warning("%s: %s", path, line)
+        warn_of_versions(document, path)
     check_sections(document, str(path))
     refuse_code(document, path)
     return nested_document(document, str(path))
