@@ -103,7 +103,7 @@ def each_once(scenarios: Sequence[Scenario]) -> list[Scenario]:
 
 
 def listed(maps: Maps | Sequence[Maps] | None) -> list[Scenario]:
-    """Return the scenarios of some maps; none for None, one or more otherwise.
+    """Return the scenarios of some maps, each once; none for None, one or more otherwise.
 
     Raises:
         ConfigError: If maps are given, but none of them.
@@ -111,7 +111,7 @@ def listed(maps: Maps | Sequence[Maps] | None) -> list[Scenario]:
     """
     if maps is None:
         return []
-    scenarios = load_all(items_of(maps))
+    scenarios = each_once(load_all(items_of(maps)))
     if not scenarios:
         raise ConfigError("expected at least one map, got none")
     return scenarios
@@ -286,7 +286,7 @@ def tuning_of(
         world = settings or world_from(file, None, environment, None)
         text = text_of_settings(world, controller)
     wanted = space_for(world, text.controller, space)
-    maps, held_out = (tuple(load_all(items_of(one))) for one in (train, test))
+    maps, held_out = (tuple(each_once(load_all(items_of(one)))) for one in (train, test))
     check_room([*maps, *held_out], world)
     plan = TuningPlan(text.controller, world, wanted, maps, held_out, tuned)
     if space is None:

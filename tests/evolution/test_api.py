@@ -20,9 +20,10 @@ from evolution.benchmark import begin_benchmark, benchmark_document
 from evolution.cli import main
 from evolution.driving import ControllerSpec, JobPlan
 from evolution.files import Table
-from evolution.inputs import numbered, read_parameters, world_from, world_of
+from evolution.inputs import listed, numbered, read_parameters, tuning_of, world_from, world_of
 from evolution.search import read_document
 from evolution.studies import StudyResults
+from evolution.tuning import TuneSettings
 from gym_mapbench.errors import ConfigError, RunError
 from gym_mapbench.mapio import load_scenarios
 from gym_mapbench.trust import allow_code
@@ -288,6 +289,10 @@ def test_a_map_that_is_given_twice_runs_and_counts_once(tmp_path, caplog):
     assert [record.getMessage() for record in caplog.records] == [warning]
     sides = [configuration_of(name, "fair", ["rpp"]) for name in ("a", "b")]
     assert len(compare(maps, sides, workers=1).rows) == 4
+    assert [one.name for one in listed(maps)] == ["office", "hall"]  # else a copy could be held out of a training
+    slow = OFFICE.with_name("slow.mapset.json")
+    plan, _ = tuning_of("rpp", maps, [slow, slow], None, None, None, {}, TuneSettings())
+    assert (len(plan.train), len(plan.test)) == (2, 3)
 
 
 @given(names=st.lists(st.sampled_from(["a", "a_2", "a_3", "b"]), max_size=8))
