@@ -146,15 +146,20 @@ def _time(a: str, b: str, pair: Row) -> list[str]:
 def _maps(comparison: ParameterComparison) -> list[str]:
     """Name the maps with the largest differences."""
     sides = list(comparison.sides)
-    rows = [row for row in comparison.table("maps") if _differs(row, sides)][:MOST_MAPS]
+    rows = [row for row in comparison.table("maps") if _differs(row, comparison.pairs)][:MOST_MAPS]
     if not rows:
         return []
     named = "; ".join(f"{row['map']} ({_cell(row, sides)})" for row in rows)
     return [f"The largest differences are on {named}."]
 
 
-def _differs(row: Row, sides: Sequence[str]) -> bool:
-    return len({(row[f"{side} goals"], row[f"{side} s"]) for side in sides}) > 1
+def _differs(row: Row, pairs: Sequence[Row]) -> bool:
+    """Whether two compared sides have other goals or times on a map."""
+
+    def on_map(side: str) -> tuple[object, object]:
+        return row[f"{side} goals"], row[f"{side} s"]
+
+    return any(on_map(pair["first"]) != on_map(pair["second"]) for pair in pairs)
 
 
 def _cell(row: Row, sides: Sequence[str]) -> str:

@@ -105,7 +105,8 @@ class ParameterComparison(BenchResult):
 
         Args:
             name: ``configurations`` (scores of each side), ``pairs`` (two sides each), ``maps`` (goals and mean times
-                of each side, largest differences first), ``parameters`` (the keys that differ) or ``runs``.
+                of each side, largest differences of two compared sides first), ``parameters`` (the keys that differ)
+                or ``runs``.
 
         Raises:
             ConfigError: If there is no such table.
@@ -114,7 +115,7 @@ class ParameterComparison(BenchResult):
         if name == "pairs":
             return Table(self.pairs)
         if name == "maps":
-            return Table(_map_rows(self.sides))
+            return Table(_map_rows(self.sides, list(self._compared())))
         return Table(self.parameters if name == "parameters" else self.rows if name == "runs" else self._scores())
 
     def to_json(self) -> str:
@@ -185,11 +186,15 @@ def check_configurations(configurations: Sequence[Configuration]) -> None:
             raise ConfigError(f"--params: expected a controller in common, or one in each file; {got}")
 
 
-def _map_rows(sides: Mapping[str, Sequence[Row]]) -> list[Row]:
+def _map_rows(sides: Mapping[str, Sequence[Row]], compared: Sequence[tuple[str, str]]) -> list[Row]:
     """Return goals and mean time of each side on each map, the maps with the largest differences first."""
     names = _unique(row["map"] for rows in sides.values() for row in rows)
     runs = {name: {side: [row for row in rows if row["map"] == name] for side, rows in sides.items()} for name in names}
-    ordered = sorted(names, key=lambda name: _difference(list(runs[name].values())), reverse=True)
+    differences = {
+        name: max((_difference([of_map[a], of_map[b]]) for a, b in compared), default=(0.0, 1.0))
+        for name, of_map in runs.items()
+    }
+    ordered = sorted(names, key=lambda name: differences[name], reverse=True)
     return [{"map": name, **_cells(runs[name])} for name in ordered]
 
 
