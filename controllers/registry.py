@@ -19,7 +19,7 @@ from controllers.nav2_params import ControllerPlugin, NavigationParams, load_pre
 from controllers.navigator.navigator import Navigator
 from controllers.rl import load_sb3
 from gym_mapbench.errors import ConfigError, unknown_name
-from gym_mapbench.registry import Registry, accepted_keywords, must_be_callable
+from gym_mapbench.registry import Registry, accepted_keywords, must_be_callable, required_keywords
 from gym_mapbench.ros_params import Findings, Section, overlay
 from gym_mapbench.trust import about_to_run
 
@@ -30,6 +30,9 @@ FOLLOWERS: dict[str, Callable[[Any], PathFollower]] = {
 
 CONTROLLERS: Registry[Callable[..., Any]] = Registry("controller", "controllers", FOLLOWERS, check=must_be_callable)
 """All controllers; those of third parties are called as described at the top of this module."""
+
+
+HINT = "; controllers.rl.as_controller makes a controller of a policy"
 
 
 def relative_cost(name: str, navigation: NavigationParams) -> float:
@@ -113,9 +116,15 @@ def _make_third_party(
         if key not in accepted:
             raise unknown_name(f"parameter of {name}", key, accepted - {"navigation"})
     given = {"navigation": navigation} if "navigation" in accepted else {}
+    if needed := required_keywords(make) - {*given, *params}:
+        got = f"a callable that needs {', '.join(sorted(needed))}"
+        raise ConfigError(
+            f"controller {name!r}: expected a class, or a function that makes a controller, got {got}{HINT}"
+        )
     with CONTROLLERS.blamed(name):
         made = make(**given, **params)
     missing = [part for part in ("observation_keys", "reset", "act") if not hasattr(made, part)]
     if missing:
-        raise ConfigError(f"controller {name!r}: expected one with {missing[0]!r}, got a {type(made).__name__}")
+        hint = HINT if hasattr(made, "predict") else ""
+        raise ConfigError(f"controller {name!r}: expected one with {missing[0]!r}, got a {type(made).__name__}{hint}")
     return cast("Controller", made)

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import logging
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import replace
 from itertools import count
@@ -35,6 +36,8 @@ from gym_mapbench.env.config import EnvConfig
 from gym_mapbench.errors import ConfigError, unknown_name
 from gym_mapbench.mapio import PoseLike, load_scenarios
 from gym_mapbench.world.scenario import MapSet, Scenario
+
+LOG = logging.getLogger(__name__)
 
 Maps = str | Path | Scenario | MapSet | LoadedRun
 """A file or directory of any kind that ``mapbench bench`` reads, or maps that are loaded already."""
@@ -85,8 +88,22 @@ def numbered(scenarios: Sequence[Scenario]) -> list[Scenario]:
     return list(found.values())
 
 
+def each_once(scenarios: Sequence[Scenario]) -> list[Scenario]:
+    """Return scenarios without those whose map, task and people equal an earlier one's; a warning names the first."""
+    first: dict[str, Scenario] = {}
+    again = [one for one in scenarios if first.setdefault(one.digest, one) is not one]
+    if again:
+        LOG.warning(
+            "left out, as the same map and task is given before: %s (%s)%s",
+            again[0].name,
+            first[again[0].digest].name,
+            f" and {len(again) - 1} more" if len(again) > 1 else "",
+        )
+    return list(first.values())
+
+
 def listed(maps: Maps | Sequence[Maps] | None) -> list[Scenario]:
-    """Return the scenarios of some maps; none for None, one or more otherwise.
+    """Return the scenarios of some maps, each once; none for None, one or more otherwise.
 
     Raises:
         ConfigError: If maps are given, but none of them.
@@ -94,7 +111,7 @@ def listed(maps: Maps | Sequence[Maps] | None) -> list[Scenario]:
     """
     if maps is None:
         return []
-    scenarios = load_all(items_of(maps))
+    scenarios = each_once(load_all(items_of(maps)))
     if not scenarios:
         raise ConfigError("expected at least one map, got none")
     return scenarios
@@ -269,7 +286,7 @@ def tuning_of(
         world = settings or world_from(file, None, environment, None)
         text = text_of_settings(world, controller)
     wanted = space_for(world, text.controller, space)
-    maps, held_out = (tuple(load_all(items_of(one))) for one in (train, test))
+    maps, held_out = (tuple(each_once(load_all(items_of(one)))) for one in (train, test))
     check_room([*maps, *held_out], world)
     plan = TuningPlan(text.controller, world, wanted, maps, held_out, tuned)
     if space is None:

@@ -23,6 +23,8 @@ CONFIDENCE = 0.95
 """Confidence of all intervals."""
 TAILS = (1.0 - CONFIDENCE) / 2, (1.0 + CONFIDENCE) / 2
 """Shares below the ends of an interval."""
+LEVEL = 0.05
+"""Significance level of the p-values, which Holm has corrected."""
 FEWEST_FOR_INTERVAL = 5
 """Fewest values for a bootstrap interval; fewer give too few different resamples to bound anything."""
 RESAMPLES = 2000
@@ -232,13 +234,21 @@ def bootstrap_interval(
 def mean_interval(groups: Sequence[Sequence[float]]) -> tuple[float, float]:
     """Bootstrap interval of the mean of values that come in groups, such as the runs on one map.
 
-    The groups are resampled, and each counts by its values. It is NaN for fewer than :data:`FEWEST_FOR_INTERVAL`
-    groups.
+    The groups are resampled, and each counts by its values. It is NaN for means without :func:`has_interval`.
     """
-    if len(groups) < FEWEST_FOR_INTERVAL:
+    means = [*map(fmean, groups)]
+    if not has_interval(means):
         return np.nan, np.nan
-    rng = np.random.default_rng(BOOTSTRAP_SEED)
-    return bootstrap_interval([*map(fmean, groups)], rng, [*map(len, groups)])
+    return bootstrap_interval(means, np.random.default_rng(BOOTSTRAP_SEED), [*map(len, groups)])
+
+
+def has_interval(values: Sequence[float]) -> bool:
+    """Whether a bootstrap interval bounds the mean of some values.
+
+    Fewer than :data:`FEWEST_FOR_INTERVAL` have too few resamples, and equal values have only equal ones: an interval
+    without width would say that the mean is known exactly.
+    """
+    return len(values) >= FEWEST_FOR_INTERVAL and min(values) < max(values)
 
 
 def _expanded_tails(n: int) -> tuple[float, float]:

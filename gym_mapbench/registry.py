@@ -255,6 +255,13 @@ def accepted_keywords(function: Callable[..., Any]) -> frozenset[str]:
     return frozenset(p.name for p in parameters if p.kind in named)
 
 
+def required_keywords(function: Callable[..., Any]) -> frozenset[str]:
+    """Return the names that ``function`` cannot be called without; none where it has no signature."""
+    named = accepted_keywords(function)
+    parameters = inspect.signature(function).parameters if named else {}
+    return frozenset(name for name in named if parameters[name].default is inspect.Parameter.empty)
+
+
 def describe(error: BaseException) -> str:
     """Say type, text and place of an error in one line: the last place outside this project and installed packages."""
     text = " ".join(f"{type(error).__name__}: {error}".split())

@@ -143,6 +143,8 @@ def _first_problem(error: ValidationError, settings: type[Settings]) -> tuple[st
         return ".".join(part for part in (key, inner.key) if part), inner.problem
     if isinstance(inner, ValueError):
         return key, str(inner)
+    if first["type"] == "too_short":
+        return key, f"expected at least {first['ctx']['min_length']} entries, got {_short(first['input'])}"
     return key, f"expected {first['msg'].removeprefix('Input should be ')}, got {_short(first['input'])}"
 
 

@@ -2,9 +2,11 @@ from __future__ import annotations
 
 import json
 import pickle
+from typing import Annotated
 
 import numpy as np
 import pytest
+from pydantic import Field
 
 from gym_mapbench.errors import ConfigError, nearest_name
 from gym_mapbench.files.documents import MAX_YAML_BYTES, read_yaml
@@ -18,6 +20,15 @@ class Inner(Settings):
 class Outer(Settings):
     width: float = 1.0
     inner: Inner = Inner()
+
+
+class Way(Settings):
+    points: Annotated[tuple[float, ...], Field(min_length=2)]
+
+
+def test_a_list_that_is_too_short_is_said_in_words():
+    with pytest.raises(ConfigError, match=r"^points: expected at least 2 entries, got \[1.0\]"):
+        Way(points=[1.0])
 
 
 def test_settings_are_values():

@@ -23,6 +23,7 @@ SECTIONS = (
     "velocity_smoother",
     "collision_monitor",
 )
+FOR_EVERY_NODE = "parameters for every node are not read; write them under the nodes that they are for"
 MISSPELT_NODE = 0.85
 """Similarity from which on an unknown node is probably a misspelt one that is read."""
 
@@ -100,8 +101,8 @@ def find_sections(nodes: list[Node], findings: Findings) -> dict[str, Section]:
     for node in nodes:
         if node.section not in SECTIONS:
             _leave(node, findings, {name for name in SECTIONS if chosen[name] is None})
-        elif node is not chosen[node.section]:
-            findings.add("unused", node.full, f"a second section for {node.section}")
+        elif (other := chosen[node.section]) is not None and node is not other:
+            _leave_second(node, other, findings)
         else:
             sections[node.section] = _open(node, findings)
     if not sections:
@@ -146,7 +147,15 @@ def _leave(node: Node, findings: Findings, missing: set[str]) -> None:
     if known or _serves_ros(node.group):
         findings.add("ros_only", node.full)
     else:
-        findings.add("left_out", node.full)
+        findings.add("left_out", node.full, FOR_EVERY_NODE if "*" in node.name else "")
+
+
+def _leave_second(node: Node, other: Node, findings: Findings) -> None:
+    """List a section that is there once more; in another namespace it is that of another robot."""
+    if node.path[:-1] == other.path[:-1] or node.group is None or not node.is_in_place:
+        findings.add("unused", node.full, f"a second section for {node.section}")
+    else:
+        findings.add("left_out", node.full, f"a second section for {node.section}; {other.full} counts")
 
 
 def _is_known(name: str) -> bool:

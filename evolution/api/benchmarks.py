@@ -43,6 +43,7 @@ from evolution.inputs import (
     barn_source,
     check_alone,
     chosen,
+    each_once,
     items_of,
     load_all,
     own_controllers,
@@ -81,7 +82,8 @@ def bench(
     """Run every controller on every map and compare.
 
     Args:
-        maps: One or several; ``barn:DIR`` must be the only one and has the rules of BARN.
+        maps: One or several; ``barn:DIR`` must be the only one and has the rules of BARN. A map that is given twice,
+            with its task, runs once; the best set of a run has each of its maps.
         controllers: The controllers; if None, those of the parameter file, else those of the run whose maps are
             used, else DWB, MPPI and RPP.
         params: Nav2's parameters: a preset's name, a ``nav2_params.yaml`` (which also describes the robot), or what
@@ -116,8 +118,9 @@ def bench(
     items = items_of(maps)
     if barn_source(items):
         refuse_ruled({name: environment.get(name) for name in RULED})
-    scenarios = load_all(items, start, goal)
     read, run = read_parameters(params), run_of(items)
+    scenarios = load_all(items, start, goal)
+    scenarios = each_once(scenarios) if run is None else scenarios
     check_alone(settings, {"params": params, **environment})
     settings = settings or world_from(params, read, environment, run)
     settings = settings.replace(unknown_map=unknown_map or settings.unknown_map)
@@ -161,7 +164,7 @@ def compare(
     """Run every configuration on every map with the same seeds and noise, and compare in pairs.
 
     Args:
-        maps: One or several.
+        maps: One or several; a map that is given twice, with its task, runs once.
         configurations: Labels with controllers and parameters; :func:`configuration_of` makes one from a file, and
             :func:`evolution.benchmark.sweep` makes those of a sweep.
         start: Start pose ``(x, y, yaw)`` in m and rad, instead of the one in the files.
@@ -186,7 +189,7 @@ def compare(
         raise ConfigError("resume: expected the directory of a benchmark in 'out', got none")
     resources = resources.replace(**options)
     check_configurations(configurations)
-    scenarios = load_all(items_of(maps), start, goal)
+    scenarios = each_once(load_all(items_of(maps), start, goal))
     for one in configurations:
         check_room(scenarios, one.plan.settings)
         try_controllers(one.plan.controllers, one.plan.settings)

@@ -17,6 +17,7 @@ from evolution.search import (
     Experiment,
     Progress,
     check_experiment,
+    check_sections,
     experiment_of,
     load_preset,
     nested,
@@ -54,8 +55,9 @@ def evolve(
     """Search for map sets that tell controllers apart.
 
     Args:
-        experiment: A preset's name, a YAML file with the sections ``search``, ``controllers`` and ``run``, the same as
-            a mapping, or an experiment. The preset ``robust`` gives the options that a file or a mapping leaves out.
+        experiment: A preset's name, a YAML file with the sections ``search``, ``controllers`` and ``run``, the
+            ``config.json`` of a run, the same as a mapping, or an experiment. The preset ``robust`` gives the options
+            that another file or mapping leaves out.
         out: New directory of the run; ``runs/FITNESS-popN-seedN`` if None.
         resume: Directory of a run to continue; the result equals that of an uninterrupted run. ``experiment``, ``out``
             and options of the search cannot be given beside it.
@@ -165,9 +167,14 @@ def study(
     return run_study(wanted, path, resume=resume, only=only, runs=runs, resources=resources, on_progress=on_progress)
 
 
-def compose(preset: str = DEFAULT_PRESET, config: Mapping[str, Any] | None = None, **search: Any) -> dict[str, Any]:
-    """Return the document of an experiment: a preset, overlaid by ``config``, then by options of the search."""
-    return overlay(overlay(load_preset(preset), nested_document(config or {})), {"search": nested(search)})
+def compose(preset: str | None = None, config: Mapping[str, Any] | None = None, **search: Any) -> dict[str, Any]:
+    """Return the document of an experiment: a preset, overlaid by ``config``, then by options of the search.
+
+    Without a preset it is the default one, or none for the ``config.json`` of a run, which has all options.
+    """
+    config = config or {}
+    base = {} if preset is None and "format" in config else load_preset(preset or DEFAULT_PRESET)
+    return overlay(overlay(base, nested_document(config)), {"search": nested(search)})
 
 
 def _wanted(experiment: str | Path | Mapping[str, Any] | Experiment, search: dict[str, Any]) -> Experiment:
@@ -175,6 +182,7 @@ def _wanted(experiment: str | Path | Mapping[str, Any] | Experiment, search: dic
     if isinstance(experiment, Experiment):
         return experiment_of(overlay(experiment.document(), {"search": nested(search)})) if search else experiment
     if isinstance(experiment, Mapping):
+        check_sections(experiment, "experiment")
         return experiment_of(compose(config=experiment, **search))
     if experiment in preset_names():
         return experiment_of(compose(str(experiment), **search))

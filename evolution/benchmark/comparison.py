@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from collections import Counter
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from statistics import median
@@ -104,12 +105,18 @@ def check_maps(ours: LoadedRun | Benchmark, results: Iterable[RunnerResult]) -> 
 
 
 def check_one_setup(results: Iterable[RunnerResult]) -> None:
-    """Refuse results of several simulators, or with several parameters of Nav2, as their times are not one sample.
+    """Refuse results that are not one sample: of several simulators or parameters of Nav2, or with copies of runs.
 
     Raises:
-        MapFormatError: Naming what differs.
+        MapFormatError: Naming what differs, or the run that is there twice.
     """
     results = list(results)
+    copied = [one for one, count in Counter(results).items() if count > 1 and one.outcome != "error"]
+    if copied:
+        name, controller, repeat = copied[0][:3]
+        raise MapFormatError(
+            f"results: expected each run once, got two equal lines of {name}/{controller}, repeat {repeat}"
+        )
     for what, found in (
         ("simulator", {result.simulator for result in results}),
         ("set of parameters and behaviour trees", {result.params for result in results}),

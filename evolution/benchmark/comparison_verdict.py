@@ -12,15 +12,12 @@ from evolution.benchmark.paired import (
     measures_of,
     on_few_maps,
     place_of,
-    repeated_in_words,
     unit_of,
     units_in_words,
 )
 from evolution.files import Row, counted
-from evolution.statistics import p_in_words
+from evolution.statistics import LEVEL, p_in_words
 
-LEVEL = 0.05
-"""Significance level of the p-values, which Holm has corrected."""
 MOST_MAPS, MOST_KEYS = 3, 8
 NO_VALUE = "-"
 
@@ -28,8 +25,7 @@ NO_VALUE = "-"
 def verdict_of_comparison(comparison: ParameterComparison) -> list[str]:
     """Return the answer for each pair of sides, the maps with the largest differences, and the keys that differ."""
     found = _of_sweep(comparison) if comparison.against_first else [*verdict_of_pairs(comparison), *_maps(comparison)]
-    repeated = repeated_in_words({one.name: one.digest for one in comparison.scenarios})
-    notes = [*repeated, *few_maps_in_words(comparison.rows), *copies_in_words(comparison.rows)]
+    notes = [*few_maps_in_words(comparison.rows), *copies_in_words(comparison.rows)]
     return [*found, *notes, *_keys(comparison.parameters), *_without_effect(comparison)]
 
 
@@ -150,15 +146,20 @@ def _time(a: str, b: str, pair: Row) -> list[str]:
 def _maps(comparison: ParameterComparison) -> list[str]:
     """Name the maps with the largest differences."""
     sides = list(comparison.sides)
-    rows = [row for row in comparison.table("maps") if _differs(row, sides)][:MOST_MAPS]
+    rows = [row for row in comparison.table("maps") if _differs(row, comparison.pairs)][:MOST_MAPS]
     if not rows:
         return []
     named = "; ".join(f"{row['map']} ({_cell(row, sides)})" for row in rows)
     return [f"The largest differences are on {named}."]
 
 
-def _differs(row: Row, sides: Sequence[str]) -> bool:
-    return len({(row[f"{side} goals"], row[f"{side} s"]) for side in sides}) > 1
+def _differs(row: Row, pairs: Sequence[Row]) -> bool:
+    """Whether two compared sides have other goals or times on a map."""
+
+    def on_map(side: str) -> tuple[object, object]:
+        return row[f"{side} goals"], row[f"{side} s"]
+
+    return any(on_map(pair["first"]) != on_map(pair["second"]) for pair in pairs)
 
 
 def _cell(row: Row, sides: Sequence[str]) -> str:

@@ -11,12 +11,11 @@ from itertools import combinations
 from typing import Any
 
 from evolution.benchmark.directory import benchmark_document
-from evolution.benchmark.paired import compare_rows
+from evolution.benchmark.paired import compare_rows, corrected
 from evolution.benchmark.runs import BenchResult, bench_row
 from evolution.benchmark.scores import score_rows
 from evolution.driving import Evaluator, JobPlan
 from evolution.files import Row, Table
-from evolution.statistics import holm
 from gym_mapbench.errors import ConfigError, refuse_unknown
 from gym_mapbench.world.scenario import Scenario
 
@@ -95,7 +94,7 @@ class ParameterComparison(BenchResult):
         """
         names = list(self._compared())
         found = [_plain(asdict(compare_rows(self.sides[a], self.sides[b]))) for a, b in names]
-        success, time = (_corrected([row[key] for row in found]) for key in ("p_success", "p_time"))
+        success, time = (corrected([row[key] for row in found]) for key in ("p_success", "p_time"))
         return [
             {"first": a, "second": b, **row, "p_success_holm": of_success, "p_time_holm": of_time}
             for (a, b), row, of_success, of_time in zip(names, found, success, time, strict=True)
@@ -106,7 +105,8 @@ class ParameterComparison(BenchResult):
 
         Args:
             name: ``configurations`` (scores of each side), ``pairs`` (two sides each), ``maps`` (goals and mean times
-                of each side, largest differences first), ``parameters`` (the keys that differ) or ``runs``.
+                of each side, largest differences of two compared sides first), ``parameters`` (the keys that differ)
+                or ``runs``.
 
         Raises:
             ConfigError: If there is no such table.
@@ -115,7 +115,7 @@ class ParameterComparison(BenchResult):
         if name == "pairs":
             return Table(self.pairs)
         if name == "maps":
-            return Table(_map_rows(self.sides))
+            return Table(_map_rows(self.sides, list(self._compared())))
         return Table(self.parameters if name == "parameters" else self.rows if name == "runs" else self._scores())
 
     def to_json(self) -> str:
@@ -186,11 +186,15 @@ def check_configurations(configurations: Sequence[Configuration]) -> None:
             raise ConfigError(f"--params: expected a controller in common, or one in each file; {got}")
 
 
-def _map_rows(sides: Mapping[str, Sequence[Row]]) -> list[Row]:
+def _map_rows(sides: Mapping[str, Sequence[Row]], compared: Sequence[tuple[str, str]]) -> list[Row]:
     """Return goals and mean time of each side on each map, the maps with the largest differences first."""
     names = _unique(row["map"] for rows in sides.values() for row in rows)
     runs = {name: {side: [row for row in rows if row["map"] == name] for side, rows in sides.items()} for name in names}
-    ordered = sorted(names, key=lambda name: _difference(list(runs[name].values())), reverse=True)
+    differences = {
+        name: max((_difference([of_map[a], of_map[b]]) for a, b in compared), default=(0.0, 1.0))
+        for name, of_map in runs.items()
+    }
+    ordered = sorted(names, key=lambda name: differences[name], reverse=True)
     return [{"map": name, **_cells(runs[name])} for name in ordered]
 
 
@@ -215,12 +219,6 @@ def _times(rows: Sequence[Row]) -> list[float]:
 
 def _mean(values: Sequence[float]) -> float | None:
     return sum(values) / len(values) if values else None
-
-
-def _corrected(p_values: Sequence[float | None]) -> list[float | None]:
-    """Return p-values corrected by Holm; a test that was not possible has none and does not count."""
-    corrected = iter(holm([p for p in p_values if p is not None]))
-    return [None if p is None else next(corrected) for p in p_values]
 
 
 def _plain(row: Row) -> Row:

@@ -11,13 +11,13 @@ reach the goal.
 from __future__ import annotations
 
 import math
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 from statistics import fmean
 from typing import Literal, NamedTuple
 
 from evolution.files import Row, counted
-from evolution.statistics import FEWEST_FOR_INTERVAL, mean_interval
+from evolution.statistics import FEWEST_FOR_INTERVAL, holm, mean_interval
 from gym_mapbench.world.scenario import Scenario
 
 WALLS = "walls"
@@ -57,7 +57,7 @@ class PairedComparison:
         both: Pairs of runs in which both sides reach the goal.
         time_ratio: Time of the second side over that of the first, geometric mean over units; NaN without a pair. A
             run that begins at the goal takes no time, so its pair has no ratio.
-        ratio_low: Lower end of its 95 % interval; NaN for fewer than five units.
+        ratio_low: Lower end of its 95 % interval; NaN for fewer than five units, and for equal ratios.
         ratio_high: Upper end.
         p_time: Two-sided p-value of Wilcoxon's test of the logarithms of the ratios; NaN without a pair.
     """
@@ -135,6 +135,12 @@ def wilcoxon(differences: Sequence[float]) -> float:
     return float(stats.wilcoxon(differences).pvalue) if any(differences) else 1.0
 
 
+def corrected(p_values: Sequence[float | None]) -> list[float | None]:
+    """Return p-values corrected by Holm; a test that was not possible has none and does not count."""
+    stepped = iter(holm([p for p in p_values if p is not None]))
+    return [None if p is None else next(stepped) for p in p_values]
+
+
 def paired_rows(first: Sequence[Row], second: Sequence[Row]) -> list[tuple[Row, Row]]:
     """Return the runs of two sides that have the same map and repeat, in the order of the first side."""
     now = {(row["map"], row.get("repeat")): row for row in second}
@@ -171,21 +177,6 @@ def copies_in_words(rows: Sequence[Row]) -> list[str]:
     """Return a sentence that says how many runs of a benchmark or comparison are copies; nothing if no run is."""
     copies = len(rows) - len({(row.get("configuration"), row["controller"], measures_of(row)) for row in rows})
     return [COPIES.format(copies, counted(len(rows), "run"))] if copies else []
-
-
-def repeated_in_words(digests: Mapping[str, str]) -> list[str]:
-    """Return a sentence for each map that equals an earlier one, with its task; nothing if none does.
-
-    Args:
-        digests: Digests of the maps with start and goal, by name.
-    """
-    first: dict[str, str] = {}
-    earlier = {name: first.setdefault(digest, name) for name, digest in digests.items()}
-    return [
-        f"{name} is the same map and task as {other}, so its runs are copies; intervals and tests count both."
-        for name, other in earlier.items()
-        if name != other
-    ]
 
 
 def measures_of(row: Row) -> frozenset[tuple[str, object]]:

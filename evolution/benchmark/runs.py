@@ -12,7 +12,7 @@ from pathlib import Path
 
 import numpy as np
 
-from evolution.benchmark.paired import WALLS, repeated_in_words
+from evolution.benchmark.paired import WALLS
 from evolution.benchmark.scores import pair_rows, score_rows, value_of
 from evolution.driving import Evaluator, Job, JobPlan, RunResult
 from evolution.files import Row, Table, Tabled, write_text
@@ -94,11 +94,6 @@ class Benchmark(BenchResult):
             if row["outcome"] != "goal":
                 found.setdefault((row["map"], row["controller"], row["outcome"]), row.get("reason", ""))
         return [f"{name}/{controller}: {reason or outcome}" for (name, controller, outcome), reason in found.items()]
-
-    @property
-    def repeated_maps(self) -> list[str]:
-        """A sentence for each map that equals an earlier one, start and goal included: its runs are no further runs."""
-        return repeated_in_words(self.digests)
 
     def to_json(self) -> str:
         """Return one JSON object as text: ``maps``, ``runs``, and ``map_set`` if there is a re-evaluation."""

@@ -10,12 +10,15 @@ from statistics import fmean
 from evolution.benchmark.paired import (
     Unit,
     Values,
+    corrected,
     distinct_pairs,
     distinct_rows,
     groups_of,
+    means,
     paired_rows,
     place_of,
     unit_of,
+    wilcoxon,
 )
 from evolution.files import Row
 from evolution.statistics import mean_interval, share_difference_interval, share_interval
@@ -56,9 +59,12 @@ def pair_rows(rows: Sequence[Row], controllers: Sequence[str]) -> list[Row]:
 
     ``gained`` is the success of the second minus the success of the first. ``faster s`` is the time of the first minus
     the time of the second, over the ``both`` pairs in which both reach the goal. Intervals as for
-    :func:`score_rows`, Newcombe's for ``gained``.
+    :func:`score_rows`, Newcombe's for ``gained``. ``p_time_holm`` is the p-value of Wilcoxon's test of these
+    differences, corrected by Holm over all pairs of controllers; None without a pair of runs at the goal.
     """
-    return [_pair(rows, *names) for names in combinations(controllers, 2)]
+    found = [_pair(rows, *names) for names in combinations(controllers, 2)]
+    stepped = corrected([row.pop("p_time") for row in found])
+    return [{**row, "p_time_holm": p} for row, p in zip(found, stepped, strict=True)]
 
 
 def _score(name: str, rows: Sequence[Row], metrics: Sequence[str]) -> Row:
@@ -100,6 +106,7 @@ def _pair(rows: Sequence[Row], first: str, second: str) -> Row:
         **_gained(pairs, once, unit),
         "both": len(_faster(pairs)),
         **_mean("faster s", _faster(pairs), _faster(once), unit),
+        "p_time": None if isnan(p_time := wilcoxon(means(_faster(once), unit))) else p_time,
     }
 
 

@@ -9,7 +9,7 @@ from evolution.benchmark.scores import MEANS, SHARES
 from evolution.files import Row, Table
 
 WITH_INTERVALS = "Rates and means with 95 % intervals; times, lengths, clearance, smoothness: of runs at the goal"
-PAIRED = "The same, paired by map and noise"
+PAIRED = "The same, paired by map and noise; p of the times by Wilcoxon's test, corrected by Holm"
 TESTED = "Tests in pairs on the same map and noise: McNemar (success), Wilcoxon (time), p-values corrected by Holm"
 LABELS = {"spl": "SPL", "ms": "ms a control step"}
 """Names of means for a reader, where they are not clear."""
@@ -91,6 +91,7 @@ def _of_pair(row: Row) -> Row:
         "success gained %": _with_interval(row, "gained", 100.0),
         "both at goal": row["both"],
         "faster, s": _with_interval(row, "faster s"),
+        "p time": row["p_time_holm"],
     }
 
 

@@ -168,7 +168,7 @@ def print_benchmark(result: Benchmark, form: str, notes: Sequence[str] = ()) -> 
     if len({row["map"] for row in result.rows}) > 1:
         print_table(table_of_scores(result.table("controllers")))
         print_table(table_of_pairs(result.table("pairs")))
-        notes = [*result.repeated_maps, *few_maps_in_words(result.rows), *notes]
+        notes = [*few_maps_in_words(result.rows), *notes]
     for line in [*result.failures, *copies_in_words(result.rows), *notes]:
         console.print(line)
 

@@ -16,7 +16,9 @@ def add_preset_options(group: argparse._ArgumentGroup) -> None:
     group.add_argument(
         "--preset", help=f"options to start from: {', '.join(preset_names())} (default {DEFAULT_PRESET})"
     )
-    group.add_argument("--config", metavar="FILE", help="YAML with the sections search, controllers, run")
+    group.add_argument(
+        "--config", metavar="FILE", help="YAML with the sections search, controllers, run, or the config.json of a run"
+    )
 
 
 def add_map_options(group: argparse._ArgumentGroup) -> None:
@@ -48,7 +50,7 @@ def experiment_from(args: argparse.Namespace, config: Mapping[str, Any], given: 
         search["families"] = list(args.family)
     if args.people is not None:
         search["people"] = {"count": args.people}
-    document = compose(args.preset or DEFAULT_PRESET, config, **search)
+    document = compose(args.preset, config, **search)
     named = driving_options.named_controllers(args)
     if named and (args.controllers is not None or "controllers" not in config):
         document["controllers"] = [spec.model_dump() for spec in named]

@@ -8,7 +8,16 @@ from dataclasses import asdict
 
 from rich.table import Table
 
-from evolution.benchmark import Benchmark, Comparison, check_maps, check_one_setup, compare, our_times, times_of_results
+from evolution.benchmark import (
+    Benchmark,
+    Comparison,
+    ParameterComparison,
+    check_maps,
+    check_one_setup,
+    compare,
+    our_times,
+    times_of_results,
+)
 from evolution.commands import options
 from evolution.commands.console import console, print_json
 from evolution.files import counted
@@ -63,7 +72,8 @@ def _ours(path: str) -> LoadedRun | Benchmark:
     """
     found = load(path)
     if not isinstance(found, LoadedRun | Benchmark):
-        raise RunError(f"--ours: expected a run or a benchmark, got {path}, a {kind_of(path).directory.what}")
+        what = "comparison" if isinstance(found, ParameterComparison) else kind_of(path).directory.what
+        raise RunError(f"--ours: expected a run or a benchmark, got {path}, a {what}")
     return found
 
 

@@ -4,7 +4,10 @@ from __future__ import annotations
 
 import logging
 import sys
+import threading
 from collections.abc import Callable, Iterable, Sequence
+from concurrent.futures import Future
+from contextvars import copy_context
 from typing import Any
 
 from controllers.base import Controller
@@ -26,6 +29,9 @@ from gym_mapbench.world.motions import MOTIONS
 from gym_mapbench.world.scenario import Scenario
 
 LOG = logging.getLogger(__name__)
+BUILD_SECONDS = 60.0
+"""How long a third party's controller may take to be made before the first run."""
+MODEL = ".zip"
 COARSE = 0.5
 """Largest side of a cell without a warning, m."""
 
@@ -59,10 +65,33 @@ def try_controllers(specs: Iterable[ControllerSpec], settings: DriveSettings) ->
             LAYERS.for_workers(layer)
     for spec in specs:
         CONTROLLERS.for_workers(spec.registered_name)
-        controller = build_controller(spec, settings)
+        controller = _built_in_time(spec, settings)
         environment_for(settings.environment, controller)
         if isinstance(controller, Navigator):
             controller.check_frequency(1.0 / settings.environment.control_hz)
+
+
+def _built_in_time(spec: ControllerSpec, settings: DriveSettings) -> Controller:
+    """Make a controller; one of a third party in a thread, which is left behind if its constructor hangs.
+
+    In a worker the time limit of a run ends such a constructor, but nothing else ends it in this process.
+    """
+    name = spec.registered_name
+    if name in CONTROLLERS.built_in or name in settings.navigation.controllers or name.endswith(MODEL):
+        return build_controller(spec, settings)
+    built: Future[Controller] = Future()
+
+    def build() -> None:
+        try:
+            built.set_result(build_controller(spec, settings))
+        except BaseException as error:
+            built.set_exception(error)
+
+    threading.Thread(target=copy_context().run, args=(build,), daemon=True).start()
+    try:
+        return built.result(BUILD_SECONDS)
+    except TimeoutError:
+        raise ConfigError(f"controller {name!r}: was not made within {BUILD_SECONDS:g} s") from None
 
 
 def check_room(scenarios: Iterable[Scenario], settings: DriveSettings) -> None:

@@ -7,7 +7,7 @@ checked content; a file that is not as expected gives an error of one line.
 from __future__ import annotations
 
 from evolution.files.directories import DirectoryKind, differences
-from evolution.files.documents import Document, Versions, advising, check, check_rows, read_document
+from evolution.files.documents import Document, Versions, advising, check, check_rows, read_document, warn_of_versions
 from evolution.files.locks import locked, locked_by
 from evolution.files.plain import (
     GrowingCsv,
@@ -63,6 +63,7 @@ __all__ = [
     "software",
     "temporary_directory",
     "version_lines",
+    "warn_of_versions",
     "write_arrays",
     "write_bytes",
     "write_json",

@@ -5,7 +5,8 @@ A model requires the keys that are used; a file may hold more.
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
+import logging
+from collections.abc import Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from pathlib import Path
 from typing import Any
@@ -13,7 +14,10 @@ from typing import Any
 from pydantic import BaseModel, ConfigDict, ValidationError
 
 from evolution.files.plain import Row, read_json
+from evolution.files.versions import written_elsewhere
 from gym_mapbench.errors import MapFormatError, RunError
+
+LOG = logging.getLogger(__name__)
 
 
 class Document(BaseModel):
@@ -27,6 +31,17 @@ class Versions(Document):
 
     version: str
     libraries: dict[str, str]
+
+
+def warn_of_versions(document: Mapping[str, Any], where: str | Path) -> None:
+    """Log a warning if other versions than those in use wrote a ``config.json`` or ``study.json``.
+
+    Raises:
+        RunError: If it names none.
+    """
+    check(Versions, document, where)
+    for line in written_elsewhere(document):
+        LOG.warning("%s: %s", where, line)
 
 
 MADE_AGAIN = "--resume makes it again from the stored runs"

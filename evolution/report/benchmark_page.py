@@ -26,7 +26,7 @@ from evolution.report.page import Report, Section, command_of, download, render_
 from evolution.report.page import Table as PageTable
 from evolution.report.replays import ReplayedMap
 from evolution.runs import summary_of_map
-from evolution.statistics import FEWEST_FOR_INTERVAL
+from evolution.statistics import FEWEST_FOR_INTERVAL, LEVEL, p_in_words
 from gym_mapbench.errors import RunError
 from gym_mapbench.metrics.episode import Episode
 from gym_mapbench.world.scenario import Scenario
@@ -36,10 +36,11 @@ MOST_REPLAYS = 24
 
 INTERVALS = (
     "Intervals are 95 % intervals: Wilson intervals for shares of runs, Newcombe intervals for differences of shares, "
-    "bootstrap intervals for means and differences of times. The units are maps if the benchmark has "
+    "bootstrap intervals for means and differences of times. P-values of times are those of Wilcoxon's signed-rank "
+    "test, corrected by Holm over all pairs of controllers. The units are maps if the benchmark has "
     f"{FEWEST_FOR_INTERVAL} or more, else tasks if it has as many of them, else runs; fewer than {FEWEST_FOR_INTERVAL} "
-    "units give no bootstrap interval. An interval of a share is the wider, the more the runs of one unit are alike. "
-    "Runs that are equal in every measure count once."
+    "units and equal values give no bootstrap interval. An interval of a share is the wider, the more the runs of one "
+    "unit are alike. Runs that are equal in every measure count once."
 )
 REASONS = ("map", "controller", "repeat", "outcome", "reason")
 """Columns of the table of failed runs."""
@@ -71,7 +72,7 @@ def report_of_benchmark(result: Benchmark, plan: JobPlan, arguments: Sequence[st
     return Report(
         title="Benchmark",
         subtitle=f"{count}: {', '.join(plan.names)}; seed {plan.root_seed}",
-        verdict=[*verdict_of_benchmark(result.rows, plan.names), *result.repeated_maps, *notes],
+        verdict=[*verdict_of_benchmark(result.rows, plan.names), *notes],
         command=command_of(arguments, "bench"),
         configuration=yaml.safe_dump(benchmark_document(result.scenarios, plan), sort_keys=False),
         maps=[_replayed_map(result, plan.names, episodes) for episodes in driven if episodes],
@@ -96,8 +97,9 @@ def verdict_of_benchmark(rows: Sequence[Row], controllers: Sequence[str]) -> lis
         controllers: Names of the controllers, in order.
     """
     ordered = sorted(score_rows(rows, controllers), key=lambda row: (-row["success"], row["mean s"] or np.inf))
-    pairs = [sentence for pair in pair_rows(rows, [row["controller"] for row in ordered]) for sentence in _faster(pair)]
-    return [_sentence(row) for row in ordered] + pairs + few_maps_in_words(rows) + copies_in_words(rows)
+    pairs = pair_rows(rows, [row["controller"] for row in ordered])
+    faster = [sentence for pair in pairs for sentence in _faster(pair, len(pairs))]
+    return [_sentence(row) for row in ordered] + faster + few_maps_in_words(rows) + copies_in_words(rows)
 
 
 def _sentence(row: Row) -> str:
@@ -113,18 +115,24 @@ def _sentence(row: Row) -> str:
     return f"{text}, in {row['mean s']:.1f} s{interval} in the mean of these."
 
 
-def _faster(pair: Row) -> Iterator[str]:
-    """Say which of two controllers is faster if both reach the goal; nothing if there are too few such runs."""
+def _faster(pair: Row, pairs: int) -> Iterator[str]:
+    """Say which of two controllers is faster if both reach the goal; nothing if there are too few such runs.
+
+    Args:
+        pair: A row of ``pair_rows``.
+        pairs: Number of its rows, over which the p-values are corrected.
+    """
     mean, low, high = (pair[name] for name in ("faster s", "faster s from", "faster s to"))
     if low is None:
         return
     fast, slow, low, high = (
         (pair["first"], pair["second"], -high, -low) if mean <= 0 else (pair["second"], pair["first"], low, high)
     )
-    sure = "" if low > 0 else ", so neither is shown to be faster"
+    p = p_in_words(pair["p_time_holm"]) + (f" by Holm over {pairs} pairs" if pairs > 1 else "")
+    sure = "" if low > 0 and pair["p_time_holm"] < LEVEL else ", so neither is shown to be faster"
     yield (
         f"Where both reach the goal ({pair['both']} pairs of runs on the same map and noise), {fast} is "
-        f"{abs(mean):.1f} s faster than {slow} in the mean (95 % interval {low:z.1f} to {high:z.1f} s{sure})."
+        f"{abs(mean):.1f} s faster than {slow} in the mean (95 % interval {low:z.1f} to {high:z.1f} s, {p}{sure})."
     )
 
 

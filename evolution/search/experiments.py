@@ -11,6 +11,7 @@ import numpy as np
 
 from controllers.nav2_params.presets import overlay
 from evolution.driving import ControllerSpec, check_room, try_controllers
+from evolution.files import warn_of_versions
 from evolution.search.experiment import Experiment
 from evolution.search.operators import scenario_on
 from evolution.search.option_names import nested_document
@@ -22,6 +23,8 @@ from gym_mapbench.trust import refuse_code
 from gym_mapbench.world.scenario import Scenario
 
 SECTIONS = ("search", "controllers", "run")
+RECORDED = ("format", "format_version", "version", "libraries")
+"""Keys that the ``config.json`` of a run has besides the sections."""
 DEFAULT_PRESET = "robust"
 """The default preset."""
 
@@ -48,19 +51,35 @@ def load_preset(name: str) -> dict[str, Any]:
 def read_document(path: str | Path) -> dict[str, Any]:
     """Return an experiment read from YAML: sections ``search``, ``controllers``, ``run``, each of them optional.
 
+    The ``config.json`` of a run is such a file, too, and keeps its further keys (:data:`RECORDED`). A warning names
+    versions of the run that differ from those in use, as the same options may then give other results.
+
     Raises:
         ConfigError: If the file or a section cannot be used, or it names code.
+        RunError: If it is a damaged ``config.json``.
     """
     document = read_yaml(path)
     if not isinstance(document, Mapping):
         raise ConfigError(f"{path}: expected the sections {', '.join(SECTIONS)}, got {type(document).__name__}")
-    for name in document:
-        if name not in SECTIONS:
-            raise ConfigError(f"{path}: {unknown_name('section', name, SECTIONS)}")
+    if "format" in document:
+        warn_of_versions(document, path)
+    check_sections(document, str(path))
     refuse_code(document, path)
-    for name in ("search", "run"):
-        _section(document, name, str(path))
     return nested_document(document, str(path))
+
+
+def check_sections(document: Mapping[str, Any], where: str) -> None:
+    """Refuse unknown sections of an experiment, and options that are no mapping.
+
+    Raises:
+        ConfigError: Naming the section.
+    """
+    known = (*SECTIONS, *RECORDED) if "format" in document else SECTIONS
+    for name in document:
+        if name not in known:
+            raise ConfigError(f"{where}: {unknown_name('section', str(name), SECTIONS)}")
+    for name in ("search", "run"):
+        _section(document, name, where)
 
 
 def experiment_of(document: Mapping[str, Any], where: str = "experiment") -> Experiment:

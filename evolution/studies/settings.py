@@ -10,6 +10,7 @@ from typing import Annotated, Any, Literal
 from pydantic import AfterValidator, Field, JsonValue, field_validator, model_validator
 
 from controllers.nav2_params.presets import overlay
+from evolution.files import warn_of_versions
 from evolution.search import SECTIONS, nested, nested_document, short_names
 from gym_mapbench.errors import ConfigError, refuse_unknown, unknown_name
 from gym_mapbench.files.bundled import bundled_names, read_bundled
@@ -296,8 +297,11 @@ def load_study(name_or_file: str | Path) -> StudySettings:
 def read_definition(name_or_file: str | Path) -> Any:
     """Read the YAML of a study of the package by its name, or of a file, laid over the study that is its ``base``.
 
+    The ``study.json`` of a study and the ``sweep.json`` of a sweep are such files, too.
+
     Raises:
         ConfigError: If there is none, or it names code.
+        RunError: If it is a damaged ``study.json`` or ``sweep.json``.
     """
     path = Path(name_or_file)
     if str(name_or_file) in study_names():
@@ -306,6 +310,9 @@ def read_definition(name_or_file: str | Path) -> Any:
         raise unknown_name("study", name_or_file, study_names())
     definition = read_yaml(path)
     refuse_code(definition, path)
+    if isinstance(definition, Mapping) and "format" in definition:
+        warn_of_versions(definition, path)
+        definition = definition.get("study", definition.get("sweep"))
     try:
         return _over_base(definition)
     except ConfigError as error:

@@ -47,7 +47,7 @@ class CostDifference:
         """Return whether the tuned values are better, and the change of the cost, in words."""
         change = f"the mean cost {cost} changes by {self.mean:+.2f}"
         if self.low is None or self.high is None:
-            needed = f"it takes {FEWEST_FOR_INTERVAL} test maps or tasks"
+            needed = f"it takes {FEWEST_FOR_INTERVAL} test maps or tasks, on which it does not always change alike,"
             return f"{change}; {needed} to tell whether the tuned values are better"
         not_better = "worse" if self.low > 0 else "not shown to be better"
         found = "better" if self.high < 0 else not_better

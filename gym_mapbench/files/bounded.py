@@ -82,9 +82,9 @@ def _from_pipe(pipe: int, limit: int) -> bytes | None:
 
 
 def read_text(path: str | Path, limit: int, raises: type[MapBenchError]) -> str:
-    """Read a whole UTF-8 text file; arguments and errors as in :func:`read_bytes`."""
+    """Read a whole UTF-8 text file, without the mark that Windows programs put first; else as :func:`read_bytes`."""
     try:
-        return read_bytes(path, limit, raises).decode("utf-8").replace("\r\n", "\n")
+        return read_bytes(path, limit, raises).decode("utf-8-sig").replace("\r\n", "\n")
     except UnicodeDecodeError:
         raise raises(f"{path}: expected a text file, got other bytes") from None
 

@@ -123,6 +123,8 @@ def _read(name: str, path: Path, options: dict[str, float]) -> list[TaskedMap]:
 
 def _format_and_path(text: str) -> tuple[str, Path]:
     """Tell which format a path is in: the one named before it, or else the one that recognises its name."""
+    if not text:
+        raise MapFormatError("expected the name of a map, got ''")
     prefixed = PREFIXED.fullmatch(text)
     if prefixed and not os.path.exists(text) and (":" in prefixed[1] or prefixed[1] in FORMATS):
         if not os.path.exists(prefixed[2]):

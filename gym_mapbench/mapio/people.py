@@ -40,7 +40,7 @@ LOOP = 0
 def find_people(map_path: Path) -> Path | None:
     """Return ``NAME_people.yaml`` beside ``NAME.yaml``; None if there is none."""
     file = map_path.with_name(f"{map_path.stem}_people.yaml")
-    return file if os.path.isfile(file) else None
+    return file if os.path.lexists(file) else None
 
 
 def read_people(path: Path) -> tuple[Body, ...]:

@@ -15,7 +15,7 @@ def find_poses(map_path: Path) -> Path | None:
     """Return the poses of ``NAME.yaml``: ``NAME_poses.yaml`` beside it or in ``../params/``; None if there is none."""
     name = f"{map_path.stem}_poses.yaml"
     places = (map_path.with_name(name), map_path.absolute().parent.parent / "params" / name)
-    return next((file for file in places if os.path.isfile(file)), None)
+    return next((file for file in places if os.path.lexists(file)), None)
 
 
 def read_poses(path: Path) -> tuple[Pose, Pose]:

@@ -169,8 +169,18 @@ def test_what_may_change_how_the_real_robot_drives_is_listed_apart():
         "local_costmap.local_costmap.obstacles.laser.max_obstacle_height",
         "bt_navigator.default_nav_to_pose_bt_xml",
     }
+    (every,) = (finding for finding in parse_nav2_params(document).findings if finding.name == "/**")
+    assert every.why == "parameters for every node are not read; write them under the nodes that they are for"
     document["/**"] = {"ros__parameters": {"use_sim_time": True}}
     assert "/**" in names(document, "ros_only")
+
+
+def test_the_sections_of_a_second_robot_are_said_to_be_left_out():
+    """A robot's Nav2 uses them, so they must not be listed as keys that Nav2 does not use."""
+    read = parse_nav2_params({"robot_1": sample(), "robot_2": sample()})
+    (second,) = (finding for finding in read.findings if finding.name == "robot_2.controller_server")
+    assert second.kind == "left_out"
+    assert second.why == "a second section for controller_server; robot_1.controller_server counts"
 
 
 def test_a_preset_stands_in_for_what_the_file_leaves_out(write):

@@ -269,14 +269,14 @@ def test_of_two_sections_the_one_in_its_place_counts():
     }
     read = parse_nav2_params({"local_costmap": right, "robot": document["robot"]})
     assert read.navigation.local_costmap.width == 4
-    assert read.named("unused") == ("robot.local_costmap.local_costmap",)
+    assert read.named("left_out") == ("robot.local_costmap.local_costmap",)
     read = parse_nav2_params({"local_costmap": document["local_costmap"]})
     assert (read.navigation.local_costmap.width, read.named("unused")) == (4, ("local_costmap",))
     slipped = with_controller(DWB)
     slipped["controller_server"]["goal_checker"] = {"xy_goal_tolerance": 0.1}
     assert parse_nav2_params(slipped).named("left_out") == ("controller_server.goal_checker",)
     flat = {"a": {"planner_server": node()}, "planner_server": node(planner_plugins=["GridBased"])}
-    assert parse_nav2_params(flat).named("unused") == ("a.planner_server",)
+    assert parse_nav2_params(flat).named("left_out") == ("a.planner_server",)
 
 
 @pytest.mark.parametrize(

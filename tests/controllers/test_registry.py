@@ -132,6 +132,30 @@ def test_any_function_of_a_module_makes_a_controller():
         make_controller(f"{HERE}:make_trouble")
 
 
+def plain_policy(observation):
+    return 0.1, 0.0
+
+
+class PolicyObject:
+    def predict(self, observation):
+        return 0.1, 0.0
+
+
+@pytest.mark.parametrize(
+    ("name", "got"),
+    [
+        (
+            "plain_policy",
+            "expected a class, or a function that makes a controller, got a callable that needs observation",
+        ),
+        ("PolicyObject", "expected one with 'observation_keys', got a PolicyObject"),
+    ],
+)
+def test_a_policy_is_told_how_it_becomes_a_controller(name, got):
+    with pytest.raises(ConfigError, match=f"{got}; controllers.rl.as_controller makes a controller of a policy"):
+        make_controller(f"{HERE}:{name}")
+
+
 class TestThirdParties:
     @pytest.fixture(autouse=True)
     def registered(self, monkeypatch):

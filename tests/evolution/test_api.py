@@ -6,6 +6,7 @@ import json
 import shutil
 import subprocess
 import sys
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -14,13 +15,15 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 import evolution
-from evolution import bench, evolve, load, minimize, study, tune
+from evolution import bench, compare, configuration_of, evolve, load, minimize, study, tune
 from evolution.benchmark import begin_benchmark, benchmark_document
 from evolution.cli import main
 from evolution.driving import ControllerSpec, JobPlan
 from evolution.files import Table
-from evolution.inputs import numbered, read_parameters, world_from, world_of
+from evolution.inputs import listed, numbered, read_parameters, tuning_of, world_from, world_of
+from evolution.search import read_document
 from evolution.studies import StudyResults
+from evolution.tuning import TuneSettings
 from gym_mapbench.errors import ConfigError, RunError
 from gym_mapbench.mapio import load_scenarios
 from gym_mapbench.trust import allow_code
@@ -124,8 +127,9 @@ def test_another_experiments_directory_is_left_alone(tmp_path, changes, message)
 @pytest.mark.usefixtures("fake_robot")
 def test_maps_may_be_there_already():
     scenarios = load_scenarios(OFFICE)
-    twice = bench([OFFICE, *scenarios], "rpp", workers=1, robot="turtlebot3_burger", time_limit=20.0)
-    assert [row["walls"] for row in twice.rows] == [scenarios[0].map.digest] * 2
+    both = bench([OFFICE.with_name("hall.yaml"), *scenarios], "rpp", workers=1, time_limit=1.0)
+    assert [row["map"] for row in both.rows] == ["hall", "office"]
+    assert both.rows[1]["walls"] == scenarios[0].map.digest
 
 
 @pytest.mark.parametrize("controllers", [lambda observation: (0.0, 0.0), 3, {"name": "rpp"}])
@@ -144,6 +148,41 @@ def test_evolve_and_continue(tmp_path):
     again = evolve(resume=tmp_path / "run", workers=1)
     assert again.best_results == run.best_results == load(tmp_path / "run").best_results
     assert len(bench(run, "rpp", workers=1).rows) == 2
+
+
+@pytest.mark.usefixtures("fake_robot")
+@pytest.mark.parametrize("preset", ["thesis", "quick"])
+def test_the_config_of_a_run_repeats_it(tmp_path, preset):
+    """The operators of the default preset, which other presets do not have, must not come in between."""
+    first = evolve(preset, out=tmp_path / "first", workers=1, pop_size=2, evaluations=4, maps_per_set=2, seed=7)
+    argv = ["evolve", "--config", str(first.path / "config.json"), "--out", str(tmp_path / "again"), "--workers", "2"]
+    assert main(argv) == 0
+    for name in ("config.json", "individuals.csv", "runs.csv", "best_map_set.json", "best_results.json"):
+        assert (tmp_path / "again" / name).read_bytes() == (first.path / name).read_bytes(), name
+
+
+def test_other_versions_of_a_run_are_named_before_it_is_repeated(tmp_path, caplog):
+    config = {"format": "mapbench-run", "format_version": 1, "version": "0.0.1", "libraries": {}, "search": {}}
+    (tmp_path / "config.json").write_text(json.dumps(config))
+    read_document(tmp_path / "config.json")
+    assert "written by mapbench 0.0.1" in caplog.text
+    (tmp_path / "config.json").write_text(json.dumps({**config, "libraries": 3}))
+    with pytest.raises(RunError, match="libraries"):
+        read_document(tmp_path / "config.json")
+
+
+@pytest.mark.parametrize(
+    ("document", "message"),
+    [
+        ({"serch": {}}, "experiment: unknown section 'serch'; did you mean 'search'"),
+        ({"search": 3}, "experiment: search: expected a mapping of options, got int"),
+        ({"search": None}, "experiment: search: expected a mapping of options, got nothing"),
+        ({"version": "1"}, "experiment: unknown section 'version'"),
+    ],
+)
+def test_a_mapping_is_checked_like_a_file(document, message):
+    with pytest.raises(ConfigError, match=message):
+        evolve(document)
 
 
 @pytest.mark.usefixtures("fake_robot")
@@ -233,11 +272,27 @@ def test_a_script_needs_no_guard(tmp_path):
 @pytest.mark.usefixtures("fake_robot")
 def test_maps_of_one_name_stay_apart(tmp_path):
     """By their names alone the pairs of two maps would be those of one."""
-    for file in OFFICE.parent.glob("office*.*"):
-        shutil.copy(file, tmp_path)
-    result = bench([OFFICE, tmp_path / "office.yaml", OFFICE], ["rpp", "far=rpp"], workers=1)
+    maps = [replace(load_scenarios(OFFICE)[0], start=Pose(0.8, y)) for y in (2.0, 2.1, 2.2)]
+    result = bench(maps, ["rpp", "far=rpp"], workers=1)
     assert [row["map"] for row in result.rows if row["controller"] == "far"] == ["office", "office_2", "office_3"]
     assert [row["pairs"] for row in result.table("pairs")] == [3]
+
+
+@pytest.mark.usefixtures("fake_robot")
+def test_a_map_that_is_given_twice_runs_and_counts_once(tmp_path, caplog):
+    for file in OFFICE.parent.glob("office*.*"):
+        shutil.copy(file, tmp_path)
+    maps = [OFFICE, OFFICE.with_name("hall.yaml"), OFFICE, tmp_path / "office.yaml"]
+    result = bench(maps, ["rpp", "far=rpp"], workers=1)
+    assert [row["map"] for row in result.rows if row["controller"] == "far"] == ["office", "hall"]
+    warning = "left out, as the same map and task is given before: office_2 (office) and 1 more"
+    assert [record.getMessage() for record in caplog.records] == [warning]
+    sides = [configuration_of(name, "fair", ["rpp"]) for name in ("a", "b")]
+    assert len(compare(maps, sides, workers=1).rows) == 4
+    assert [one.name for one in listed(maps)] == ["office", "hall"]  # else a copy could be held out of a training
+    slow = OFFICE.with_name("slow.mapset.json")
+    plan, _ = tuning_of("rpp", maps, [slow, slow], None, None, None, {}, TuneSettings())
+    assert (len(plan.train), len(plan.test)) == (2, 3)
 
 
 @given(names=st.lists(st.sampled_from(["a", "a_2", "a_3", "b"]), max_size=8))

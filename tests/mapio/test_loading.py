@@ -59,6 +59,31 @@ def test_what_is_not_there(tmp_path, name):
     assert len(str(failure.value).splitlines()) == 1
 
 
+def test_an_empty_name_is_not_the_present_folder(tmp_path, monkeypatch):
+    """Such as that of a variable of the shell which is not set."""
+    map_server_files(tmp_path, np.full((5, 5), 255, np.uint8))
+    monkeypatch.chdir(tmp_path)
+    assert len(load_maps(".")) == 1
+    with pytest.raises(MapFormatError, match="expected the name of a map, got ''"):
+        load_maps("")
+
+
+def test_a_folder_or_a_broken_link_in_place_of_a_file_beside_the_map_is_refused(tmp_path):
+    path = map_server_files(tmp_path, np.full((5, 5), 255, np.uint8))
+    for name in ("poses", "people"):
+        beside = path.with_name(f"{path.stem}_{name}.yaml")
+        beside.unlink(missing_ok=True)
+        beside.mkdir()
+        with pytest.raises(MapFormatError, match=f"{name}.yaml: cannot be read .Is a directory"):
+            load_maps(path)
+        beside.rmdir()
+        beside.symlink_to(tmp_path / "nowhere")
+        with pytest.raises(MapFormatError, match=f"{name}.yaml: cannot be read .No such file"):
+            load_maps(path)
+        beside.unlink()
+        beside.write_text("- [0.1, 0.1, 0]\n- [0.2, 0.2, 0]\n")
+
+
 def test_what_is_no_map(tmp_path):
     (tmp_path / "notes.txt").write_text("hello")
     with pytest.raises(MapFormatError, match="no map format known by this name"):

@@ -153,6 +153,29 @@ def test_their_contacts_are_said(files, capsys):
     assert json.loads(capsys.readouterr().out)["touched"] == 2
 
 
+def test_a_file_that_was_joined_to_itself_is_refused(files, capsys):
+    error = "map_1,dwb,0,error,0.0,0.0"
+    argv = ["import-results", str(files / "results.csv"), "--ours", str(files / "bench.json")]
+    (files / "results.csv").write_text("\n".join([SAMPLE, error, error]))
+    assert main(argv) == 0
+    (files / "results.csv").write_text("\n".join([SAMPLE, SAMPLE.splitlines()[2]]))
+    assert main(argv) == 2
+    assert "expected each run once, got two equal lines of map_1/dwb, repeat 1" in capsys.readouterr().err
+
+
+def test_a_table_that_a_windows_program_saved_is_read(files):
+    (files / "results.csv").write_text(SAMPLE, encoding="utf-8-sig")
+    assert len(read_runner_results(files / "results.csv")) == 8
+
+
+def test_a_comparison_is_no_benchmark(files, capsys):
+    rows = [{**row, "configuration": "a"} for row in OURS["runs"]]
+    (files / "bench.json").write_text(json.dumps({"runs": rows, "parameters": []}))
+    assert main(["import-results", str(files / "results.csv"), "--ours", str(files / "bench.json")]) == 2
+    assert "expected a run or a benchmark, got" in (error := capsys.readouterr().err)
+    assert error.endswith("bench.json, a comparison\n")
+
+
 def test_files_of_another_kind(files, capsys):
     bench = files / "bench.json"
     for text, reason in (

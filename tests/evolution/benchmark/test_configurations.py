@@ -91,9 +91,28 @@ def test_one_pair_of_runs_is_singular():
     assert time.startswith("In the one pair of runs in which both reach the goal, b takes 1.000 times as long as a")
 
 
+def test_a_map_on_which_only_the_controllers_differ_shows_no_difference():
+    """RPP is slower than DWB on m0 with both files; the files differ on m1 alone."""
+    times = {"m0": {"dwb": 5.0, "rpp": 50.0}, "m1": {"dwb": 5.0, "rpp": 6.0}}
+    rows = [
+        run(label, name, "goal", time, kind)
+        for label in "ab"
+        for name, of in times.items()
+        for kind, time in of.items()
+    ]
+    rows[-1]["time_s"] = 7.0
+    found = ParameterComparison(tuple(rows), ())
+    assert [row["map"] for row in found.table("maps")] == ["m1", "m0"]
+    (maps,) = (text for text in verdict_of_comparison(found) if "largest differences" in text)
+    assert maps.startswith("The largest differences are on m1 (a.dwb 1/1 in 5.0 s, ")
+    assert "m0" not in maps
+
+
 def test_asked_metrics_are_in_the_tables():
     """The mean of the runs at the goal, or of all runs for a metric that is weighted by success."""
-    rows = [{**row, "jerk": number, "barn_score": 0.25} for number, row in enumerate(by_hand().rows)]
+    rows = [
+        {**row, "jerk": number, "barn_score": 0.25 + 1e-4 * (number % 2)} for number, row in enumerate(by_hand().rows)
+    ]
     found = replace(by_hand(), rows=tuple(rows), metrics=("jerk", "barn_score"))
     *_, jerk, barn = table_of_scores(found.table(), found.metrics)
     assert (jerk["over all maps"], jerk["a"]) == ("jerk", "6.5")

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import pytest
 
-from evolution.benchmark import Benchmark, pair_rows, score_rows
+from evolution.benchmark import Benchmark, ParameterComparison, pair_rows, score_rows
 from evolution.statistics import share_difference_interval, wilson_interval
 
 
@@ -80,11 +80,24 @@ def test_a_benchmark_has_both_tables():
     assert [row["faster s"] for row in result.table("pairs")] == [-1.5]
 
 
-def test_a_map_that_is_given_twice_is_named():
-    result = Benchmark(tuple(runs("a", [1.0, 2.0, 1.0])), digests={"hall": "1", "office": "2", "hall_2": "1"})
-    assert result.repeated_maps == [
-        "hall_2 is the same map and task as hall, so its runs are copies; intervals and tests count both."
-    ]
+def test_equal_values_have_no_interval():
+    """An interval from 5 to 5 would say that the mean is known exactly."""
+    (score,) = score_rows(runs("a", [5.0] * 6, n_recoveries=0), ("a",))
+    assert (score["mean s"], score["mean s from"], score["recoveries"], score["recoveries to"]) == (5.0, None, 0, None)
+    (pair,) = pair_rows(runs("a", [5.0] * 6) + runs("b", [4.0] * 6), ("a", "b"))
+    assert (pair["faster s"], pair["faster s from"]) == (1.0, None)
+    rows = [{**row, "configuration": row["controller"]} for row in runs("a", [5.0] * 6) + runs("b", [5.0] * 6)]
+    (compared,) = ParameterComparison(tuple(rows), ()).pairs
+    assert (compared["time_ratio"], compared["ratio_low"], compared["p_time"]) == (1.0, None, 1.0)
+
+
+def test_p_values_of_times_are_corrected_over_all_pairs_of_controllers():
+    times = [10.0, 12.0, 11.0, 13.0, 14.0, 15.0]
+    rows = runs("a", times) + runs("b", [time + 1.0 + time / 100 for time in times])
+    (pair,) = pair_rows(rows, ("a", "b"))
+    assert pair["p_time_holm"] == pytest.approx(2 / 2**6)
+    rows += runs("c", [time - 1.0 - time / 100 for time in times])
+    assert [row["p_time_holm"] for row in pair_rows(rows, ("a", "b", "c"))] == pytest.approx([6 / 2**6] * 3)
 
 
 def test_copies_of_a_run_count_once_in_intervals():

@@ -37,7 +37,7 @@ def test_several_maps_are_summed_up_with_intervals_and_one_is_not(capsys):
     print_benchmark(Benchmark((*driven("a", 6, 10.0), *driven("b", 6, 8.0))), "table")
     lines = [" ".join(line.split()) for line in capsys.readouterr().out.splitlines()]
     assert "│ success % │ 100 (61 to 100) │ 100 (61 to 100) │" in lines
-    assert "│ b against a │ 6 │ 0 (-39 to 39) │ 6 │ 2 (2 to 2) │" in lines
+    assert "│ b against a │ 6 │ 0 (-39 to 39) │ 6 │ 2 │ 0.031 │" in lines
     print_benchmark(Benchmark((*driven("a", 1, 10.0),)), "table")
     assert "success %" not in capsys.readouterr().out
 

@@ -2,8 +2,11 @@
 
 from __future__ import annotations
 
+import time
+
 import pytest
 
+from evolution.driving import try_controllers
 from evolution.driving.jobs import ControllerSpec, JobPlan
 from evolution.search.experiment import Experiment
 from evolution.search.settings import EvolveSettings
@@ -20,6 +23,18 @@ def plan_of(*metrics):
 
 def key_of(plan):
     return plan.jobs(map_sets(1)[0][0])[0].key
+
+
+def hanging():
+    time.sleep(600.0)
+
+
+def test_a_constructor_that_hangs_is_left_behind(monkeypatch):
+    """It would hold up the playground, or any command, before a worker and its time limit see it."""
+    monkeypatch.setattr("evolution.driving.worker.BUILD_SECONDS", 0.1)
+    name = f"{__name__}:hanging"
+    with pytest.raises(ConfigError, match=f"controller '{name}': was not made within 0.1 s"):
+        try_controllers([ControllerSpec(name="mine", kind=name)], WORLD)
 
 
 def test_metrics_that_are_measured_anyway_change_nothing():

@@ -35,22 +35,31 @@ def runs(controller, times, outcome="goal"):
 
 
 def test_the_verdict_by_hand():
-    rows = runs("slow", [20.0, 22.0, 21.0, 23.0, 24.0]) + runs("fast", [10.0, 12.0, 11.0, 13.0, 14.0])
+    rows = runs("slow", [20.0, 22.0, 21.0, 23.0, 24.0, 25.0]) + runs("fast", [10.0, 12.0, 11.0, 13.0, 14.0, 14.9])
     fast, slow, pair = verdict_of_benchmark(rows, ("slow", "fast"))
     assert fast == (
-        "fast reaches the goal in 5 of 5 runs (100 %, 95 % interval 57 to 100 %), in 12.0 s (10.4 to 13.8) in the mean "
+        "fast reaches the goal in 6 of 6 runs (100 %, 95 % interval 61 to 100 %), in 12.5 s (10.7 to 14.2) in the mean "
         "of these."
     )
-    assert slow.startswith("slow reaches the goal in 5 of 5 runs")
-    assert "fast is 10.0 s faster than slow in the mean (95 % interval 10.0 to 10.0 s)" in pair
+    assert slow.startswith("slow reaches the goal in 6 of 6 runs")
+    assert "fast is 10.0 s faster than slow in the mean (95 % interval 10.0 to 10.1 s, p = 0.031)." in pair
+
+
+def test_of_three_controllers_the_p_values_are_corrected():
+    """A difference that two controllers alone would show is not shown among three, as one of three pairs."""
+    fast = [10.0, 12.0, 11.0, 13.0, 14.0, 14.9]
+    rows = [row for number in range(3) for row in runs(f"c{number}", [time * (1 + number / 9) for time in fast])]
+    assert "p = 0.031)" in verdict_of_benchmark(rows, ("c0", "c1"))[-1]
+    *_, pair = verdict_of_benchmark(rows, ("c0", "c1", "c2"))
+    assert "p = 0.094 by Holm over 3 pairs, so neither is shown to be faster)" in pair
 
 
 def test_no_difference_is_called_none():
     rows = runs("a", [20.0, 10.0, 21.0, 10.0, 24.0, 9.0]) + runs("b", [10.0, 20.0, 11.0, 21.0, 9.0, 23.9])
     *_, pair = verdict_of_benchmark(rows, ("a", "b"))
     assert "so neither is shown to be faster" in pair
-    *_, pair = verdict_of_benchmark(runs("a", [20.0] * 5) + runs("b", [20.0] * 5), ("a", "b"))
-    assert "(95 % interval 0.0 to 0.0 s, so neither is shown to be faster)" in pair
+    alike = verdict_of_benchmark(runs("a", [20.0] * 5) + runs("b", [20.0] * 5), ("a", "b"))
+    assert not any("faster" in sentence for sentence in alike)
 
 
 def test_the_command_writes_the_page_and_fails_by_rule(tmp_path, capsys):

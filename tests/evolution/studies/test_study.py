@@ -552,6 +552,13 @@ def test_studies_are_found_by_name_or_file(tmp_path):
         load_study(tmp_path / "list.yaml")
 
 
+def test_the_file_of_a_finished_study_describes_it(study_path, tmp_path):
+    assert load_study(study_path / "study.json") == load_results(study_path).settings
+    (tmp_path / "study.json").write_text('{"format": "mapbench-study", "study": {}}')
+    with pytest.raises(RunError, match=r"study\.json: version: is missing"):
+        load_study(tmp_path / "study.json")
+
+
 def test_a_study_is_laid_over_one_of_the_package(tmp_path):
     own = "base: evolve\nname: mine\nexperiment: {search: {pop_size: 8}, controllers: [dwb, rpp]}\n"
     (tmp_path / "mine.yaml").write_text(own)

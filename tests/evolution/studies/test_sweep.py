@@ -50,6 +50,10 @@ def row(world, name, outcome, time=10.0, recoveries=0.0):
     }
 
 
+def test_the_file_of_a_finished_sweep_describes_it(done):
+    assert load_definition(done.path / "sweep.json") == SweepSettings(**SMALL)
+
+
 def test_effects_by_hand():
     rows = [row("none", "a", "goal"), row("none", "b", "goal"), row("none", "c", "timeout"), row("none", "d", "goal")]
     rows += [row("noisy", "a", "goal", 12.0, 1.0), row("noisy", "b", "timeout"), row("noisy", "c", "goal")]

@@ -93,7 +93,8 @@ def test_without_importances_the_largest_changes_stand_in_the_sentence(done):
 
 def test_too_few_test_maps_tell_nothing():
     assert CostDifference(-0.1234, None, None).in_words("time") == (
-        "the mean cost time changes by -0.12; it takes 5 test maps or tasks to tell whether the tuned values are better"
+        "the mean cost time changes by -0.12; it takes 5 test maps or tasks, on which it does not always change alike, "
+        "to tell whether the tuned values are better"
     )
     assert CostDifference(0.5, -0.2, 1.2).in_words("time") == (
         "the tuned values are not shown to be better: the mean cost time changes by +0.50 (95 % interval -0.20 to 1.20)"
