@@ -103,6 +103,20 @@ class SingleTrigger(Control):
         return status
 
 
+class GoalUpdatedController(Control):
+    """Ticks its child at first and while that is RUNNING: the goal, at whose changes it would do so again, is one."""
+
+    def __init__(self, child: Node) -> None:
+        super().__init__(child)
+
+    def tick(self) -> Status:
+        """Tick the child if it is due."""
+        (child,) = self.children
+        if self.status is Status.IDLE or child.status is Status.RUNNING:
+            return child.execute_tick()
+        return Status.RUNNING
+
+
 class DistanceController(Control):
     """Ticks its child at first, while that is RUNNING, and each time the robot has come some distance.
 

@@ -1,6 +1,22 @@
 """Behaviour trees in the XML of BehaviorTree.CPP: which nodes are built here, and how a file is read."""
 
 from controllers.tree_xml.nodes import NODES, TreeNode
-from controllers.tree_xml.reading import cleared_costmap, cleared_layers, named_layers, plugin_names, read_tree
+from controllers.tree_xml.reading import (
+    asked_behaviors,
+    cleared_costmap,
+    cleared_layers,
+    named_layers,
+    plugin_names,
+    read_tree,
+)
 
-__all__ = ["NODES", "TreeNode", "cleared_costmap", "cleared_layers", "named_layers", "plugin_names", "read_tree"]
+__all__ = [
+    "NODES",
+    "TreeNode",
+    "asked_behaviors",
+    "cleared_costmap",
+    "cleared_layers",
+    "named_layers",
+    "plugin_names",
+    "read_tree",
+]
