@@ -1,5 +1,6 @@
 """Behaviour trees in the XML of BehaviorTree.CPP: which nodes are built here, and how a file is read."""
 
+from controllers.tree_xml.includes import read_text
 from controllers.tree_xml.nodes import NODES, TreeNode
 from controllers.tree_xml.reading import (
     asked_behaviors,
@@ -18,5 +19,6 @@ __all__ = [
     "cleared_layers",
     "named_layers",
     "plugin_names",
+    "read_text",
     "read_tree",
 ]

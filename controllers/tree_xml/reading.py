@@ -5,13 +5,11 @@ from __future__ import annotations
 from collections.abc import Mapping
 from functools import lru_cache
 from typing import Any
-from xml.etree.ElementTree import Element, ParseError
-
-from defusedxml.common import DefusedXmlException
-from defusedxml.ElementTree import fromstring
+from xml.etree.ElementTree import Element
 
 from controllers.releases import RELEASES, Release
 from controllers.tree_xml.checks import COSTMAPS, check_values, check_variables
+from controllers.tree_xml.includes import parse_xml
 from controllers.tree_xml.nodes import (
     BEHAVIOR_NODES,
     CANCELS,
@@ -49,7 +47,9 @@ def read_tree(xml: str, release: Release) -> TreeNode:
     Raises:
         ConfigError: If it is not a behaviour tree, a node or a port is not built here, or a value is wrong.
     """
-    root = _parse(xml)
+    root = parse_xml(xml)
+    if root.find("BehaviorTree") is None:
+        raise ConfigError("expected <root> with a <BehaviorTree> in it, got none")
     trees = {tree.get("ID", ""): tree for tree in root.findall("BehaviorTree")}
     if len(trees) < len(root.findall("BehaviorTree")):
         raise ConfigError(f"BehaviorTree: expected a different ID for each, got {sorted(trees)}")
@@ -106,18 +106,6 @@ def cleared_layers(tree: TreeNode, which: str) -> tuple[str, ...]:
     """Return the layers that all clears of the costmap ``local`` or ``global`` name."""
     clears = (node.ports for node in tree.walk() if node.name in CLEARS)
     return tuple(name for ports in clears if cleared_costmap(ports) == which for name in named_layers(ports))
-
-
-def _parse(xml: str) -> Element:
-    try:
-        root: Element = fromstring(xml, forbid_dtd=True)
-    except DefusedXmlException as error:
-        raise ConfigError(f"expected plain XML without entities ({type(error).__name__})") from None
-    except (ParseError, ValueError) as error:
-        raise ConfigError(f"not an XML file ({error})") from None
-    if root.tag != "root" or root.find("BehaviorTree") is None:
-        raise ConfigError(f"expected <root> with a <BehaviorTree> in it, got <{root.tag}>")
-    return root
 
 
 class _Reader:
