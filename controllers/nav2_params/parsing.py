@@ -7,7 +7,7 @@ from dataclasses import dataclass
 from functools import partial
 from typing import Any
 
-from controllers.behaviors import DRIVE_ON_HEADING
+from controllers.behaviors import DRIVE_ON_HEADING, DriveLimits, default_limits
 from controllers.nav2_params import keys
 from controllers.nav2_params.controllers_section import ControllersFound, read_controllers
 from controllers.nav2_params.costmap_section import read_costmap
@@ -21,7 +21,6 @@ from controllers.nav2_params.navigation import (
     NavigationParams,
     PlannerPlugin,
     VelocitySmoother,
-    default_behaviors,
     default_tree,
 )
 from controllers.nav2_params.nodes import COSTMAPS, SECTIONS, all_nodes, find_sections
@@ -217,8 +216,10 @@ def _read_behaviors(server: Section, *, drives: bool) -> BehaviorServer:
     enabled = [name for name in names if _read_behavior(server, name, built)]
     for key in [key for key, value in server.values.items() if isinstance(value, Mapping) and key not in enabled]:
         server.leave(key)
-    usual = {"backup": default_behaviors(server.findings.release).backup.model_dump()}
-    values = overlay(usual, server.read(keys.BEHAVIOR_SERVER, parameter_names(BehaviorServer)))
+    straight = ("backup", *(DRIVES if drives else ()))
+    usual = {name: default_limits(server.findings.release).model_dump() for name in straight}
+    limits = [f"{name}.{limit}" for name in straight for limit in DriveLimits.model_fields]
+    values = overlay(usual, server.read(keys.BEHAVIOR_SERVER, {*parameter_names(BehaviorServer), *limits}))
     plugins = tuple(name for name in enabled if name in BEHAVIORS)
     return server.make(BehaviorServer, {**values, "behavior_plugins": plugins})
 

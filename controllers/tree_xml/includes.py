@@ -52,7 +52,7 @@ def read_text(file: Path, locate: Locate) -> str:
     if root.find("include") is None:
         return xml
     whole = Element("root", root.attrib)
-    whole.extend(reader.trees(root, file.parent))
+    whole.extend(list(reader.trees(root, file.parent)))
     return tostring(whole, encoding="unicode")
 
 

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import itertools
+
 import numpy as np
 import pytest
 
@@ -154,7 +156,7 @@ class Detours:
         self.count += 1
         middle = [(start.x, 2.9), (1.0, 2.9)] if self.count in self.long else []
         corners = np.array([start[:2], *middle, goal[:2]])
-        points = [np.linspace(a, b, 40) for a, b in zip(corners[:-1], corners[1:], strict=True)]
+        points = [np.linspace(a, b, 40) for a, b in itertools.pairwise(corners)]
         poses = np.column_stack([np.vstack(points), np.zeros(40 * len(points))])
         poses[-1, 2] = goal.yaw
         return poses
