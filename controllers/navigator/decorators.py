@@ -104,10 +104,7 @@ class SingleTrigger(Control):
 
 
 class GoalUpdatedController(Control):
-    """Ticks its child at first and while that is RUNNING: the goal, at whose changes it would do so again, is one."""
-
-    def __init__(self, child: Node) -> None:
-        super().__init__(child)
+    """Ticks its child at first and while that is RUNNING, but not again: the goal does not change."""
 
     def tick(self) -> Status:
         """Tick the child if it is due."""

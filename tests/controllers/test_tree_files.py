@@ -60,7 +60,9 @@ INCLUDED = f'<root><BehaviorTree ID="Drive"><Sequence>{PLAN}{FOLLOW}</Sequence><
 
 def with_includes(folder, *includes: str):
     """Read a file whose tree includes others and has their tree ``Drive``."""
-    tree = xml_of('<SubTree ID="Drive" __shared_blackboard="true"/>').replace("<BehaviorTree", "".join(includes) + "<BehaviorTree", 1)
+    tree = xml_of('<SubTree ID="Drive" __shared_blackboard="true"/>').replace(
+        "<BehaviorTree", "".join(includes) + "<BehaviorTree", 1
+    )
     return with_tree(folder, tree)
 
 
