@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import re
+from collections.abc import Mapping
 from dataclasses import dataclass
 from functools import partial
 from pathlib import Path
@@ -73,7 +74,8 @@ def moved_trees(values: object, source: Path, target: Path) -> dict[str, str]:
     Raises:
         ConfigError: If a tree is too large or no XML.
     """
-    named = [str(value) for key, value in leaves(values) if key.endswith(TREE_FILE)]
+    keys = leaves(values) if isinstance(values, Mapping) else ()
+    named = [str(value) for key, value in keys if key.endswith(TREE_FILE)]
     own = [name for name in named if not name.endswith(DEFAULT_TREES)]
     lost = {name: file for name in own if not _found(name, target) and (file := _found(name, source))}
     return {Path(name).name: _read(file) for name, file in lost.items()}

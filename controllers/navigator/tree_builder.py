@@ -50,6 +50,9 @@ from controllers.tree_xml.nodes import CANCELS, REGION_CLEARS, RETRIES, SELECTOR
 
 GOAL_REACHED_TOLERANCE = 0.25
 """Distance from the goal up to which ``GoalReached`` succeeds, m: the default of Nav2's ``goal_reached_tol``."""
+ALWAYS = ("AlwaysSuccess", "InitialPoseReceived", "SetBlackboard", "TransformAvailable", *SELECTORS)
+NEVER = ("AlwaysFailure", "GoalUpdated", "IsBatteryCharging", "IsBatteryLow")
+"""Nodes that always succeed here, and those that never do."""
 HARDEST_BRAKING = -10.0
 """Acceleration below which ``IsStuck`` succeeds, m/s^2."""
 Ports = Mapping[str, Any]
@@ -102,16 +105,8 @@ class _Builder:
         self.board.followed = ports["path"]
         return FollowPath(self.board, self.servers.controller, self.latency, ports["error_code_id"])
 
-    def clear(self, ports: Ports) -> Node:
-        """Make a leaf that clears a costmap."""
-        return self.ask_to_clear(ports, None)
-
-    def clear_square(self, ports: Ports, *, outside: bool) -> Node:
-        """Make a leaf that clears a square of a costmap, or all but it."""
-        return self.ask_to_clear(ports, Square(ports["reset_distance"], outside))
-
-    def ask_to_clear(self, ports: Ports, square: Square | None) -> Node:
-        """Make a leaf that has a costmap cleared."""
+    def clear(self, ports: Ports, square: Square | None = None) -> Node:
+        """Make a leaf that clears a costmap, or a square of it."""
         request = Clear(cleared_costmap(ports), named_layers(ports), square)
         return ClearCostmap(self.board, self.servers.clear, request)
 
@@ -180,19 +175,15 @@ class _Builder:
     def truncate(self, ports: Ports) -> Node:
         """Make a leaf that cuts a path."""
         lengths = self.length(ports["distance_forward"]), ports["distance_backward"]
-        path, write = (
-            partial(self.board.path_named, ports["input_path"]),
-            partial(self.board.write, ports["output_path"]),
-        )
-        return TruncatePathLocal(path, write, *lengths, self.nearest_pose(ports))
+        return TruncatePathLocal(*self.cut(ports), *lengths, self.nearest_pose(ports))
 
     def truncate_end(self, ports: Ports) -> Node:
         """Make a leaf that cuts the end off a path."""
-        path, write = (
-            partial(self.board.path_named, ports["input_path"]),
-            partial(self.board.write, ports["output_path"]),
-        )
-        return TruncatePath(path, write, ports["distance"])
+        return TruncatePath(*self.cut(ports), ports["distance"])
+
+    def cut(self, ports: Ports) -> tuple[Callable[[], Any], Callable[[Any], None]]:
+        """Return what returns the path that is cut, and what takes the rest."""
+        return partial(self.board.path_named, ports["input_path"]), partial(self.board.write, ports["output_path"])
 
     def is_stuck(self) -> bool:
         """Whether the robot has braked harder than it can by itself."""
@@ -214,7 +205,7 @@ def _says(success: Status, failure: Status) -> Callable[[_Builder, Ports, list[N
 
 
 def _clears_square(outside: bool, builder: _Builder, ports: Ports, children: list[Node]) -> Node:
-    return builder.clear_square(ports, outside=outside)
+    return builder.clear(ports, Square(ports["reset_distance"], outside))
 
 
 def _cancels(kind: str, builder: _Builder, ports: Ports, children: list[Node]) -> Node:
@@ -250,17 +241,11 @@ MAKERS: dict[str, Callable[[_Builder, Ports, list[Node]], Node]] = {
     "Timeout": lambda b, p, c: Timeout(c[0], p["msec"], b.board.clock, wakes=b.is_version_4),
     "Delay": lambda b, p, c: Delay(c[0], p["delay_msec"], b.board.clock, wakes=b.is_version_4),
     "PathLongerOnApproach": lambda b, p, c: PathLongerOnApproach(c[0], b.path(p), p["prox_len"], p["length_factor"]),
-    "SetBlackboard": lambda b, p, c: Condition(always),
-    "AlwaysSuccess": lambda b, p, c: Condition(always),
-    "AlwaysFailure": lambda b, p, c: Condition(never),
-    "IsBatteryLow": lambda b, p, c: Condition(never),
-    "IsBatteryCharging": lambda b, p, c: Condition(never),
+    **{name: lambda b, p, c: Condition(always) for name in ALWAYS},
+    **{name: lambda b, p, c: Condition(never) for name in NEVER},
     "IsStuck": lambda b, p, c: Condition(b.is_stuck),
-    "GoalUpdated": lambda b, p, c: Condition(never),
     "GlobalUpdatedGoal": lambda b, p, c: GlobalUpdatedGoal(),
     "GoalReached": lambda b, p, c: Condition(b.is_goal_reached),
-    "InitialPoseReceived": lambda b, p, c: Condition(always),
-    "TransformAvailable": lambda b, p, c: Condition(always),
     "IsPathValid": lambda b, p, c: Condition(partial(b.is_path_valid, p)),
     "ValidatePath": lambda b, p, c: Condition(partial(b.is_path_valid, p)),
     "IsGoalNearby": lambda b, p, c: IsGoalNearby(b.path(p), p["proximity_threshold"], b.nearest_pose(p)),
@@ -285,6 +270,5 @@ MAKERS: dict[str, Callable[[_Builder, Ports, list[Node]], Node]] = {
     "Wait": lambda b, p, c: b.recovery("wait", partial(Wait, p["wait_duration"]), p),
     "BackUp": lambda b, p, c: b.back_up(p),
     "DriveOnHeading": lambda b, p, c: b.drive(p),
-    **{name: lambda b, p, c: Condition(always) for name in SELECTORS},
 }
 """What makes each node of :data:`controllers.tree_xml.NODES`, of its ports and children."""
