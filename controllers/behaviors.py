@@ -31,8 +31,13 @@ class DriveLimits(Settings):
     minimum_speed: NonNegative = 0.0
 
 
-class BehaviorServer(Settings):
-    """Nav2's ``behavior_server``: spin, back-up and wait.
+NO_LIMITS = DriveLimits()
+DRIVE_ON_HEADING = "drive_on_heading"
+"""The behaviour that exists only where a user's tree asks for it."""
+
+
+class BehaviorServer(ExtendedSettings):
+    """Nav2's ``behavior_server``: spin, back-up, wait, and the drive on the heading of a user's tree.
 
     Args:
         cycle_frequency: Rate of the behaviours, Hz.
@@ -42,7 +47,10 @@ class BehaviorServer(Settings):
         rotational_acc_lim: Angular acceleration of a spin, rad/s^2.
         behavior_plugins: Which of the behaviours exist; the tree's other ones fail.
         backup: Limits of the back-up (Humble and Lyrical).
+        drive_on_heading: Limits of the drive on the heading (Humble and Lyrical); None for those of a release's code.
     """
+
+    newer: ClassVar[tuple[str, ...]] = ("drive_on_heading",)
 
     cycle_frequency: Annotated[Positive, Field(le=1000)] = 10.0
     simulate_ahead_time: NonNegative = 2.0
@@ -50,7 +58,8 @@ class BehaviorServer(Settings):
     min_rotational_vel: NonNegative = 0.4
     rotational_acc_lim: Positive = 3.2
     behavior_plugins: tuple[Literal["spin", "backup", "wait"], ...] = ("spin", "backup", "wait")
-    backup: DriveLimits = DriveLimits()
+    backup: DriveLimits = NO_LIMITS
+    drive_on_heading: DriveLimits | None = None
 
 
 class BehaviorTree(ExtendedSettings):
@@ -118,7 +127,12 @@ def default_tree(release: Release) -> BehaviorTree:
     return BehaviorTree(backup_speed=BACKUP_SPEED[release])
 
 
+def default_limits(release: Release) -> DriveLimits:
+    """Return the limits of the behaviours that drive straight, with the defaults of a release's code."""
+    lyrical = DriveLimits(acceleration_limit=2.5, deceleration_limit=-2.5, minimum_speed=0.10)
+    return lyrical if release == "lyrical" else NO_LIMITS
+
+
 def default_behaviors(release: Release) -> BehaviorServer:
-    """Return the behaviour server with the defaults of a release's code; Lyrical's back-up has limits."""
-    limits = DriveLimits(acceleration_limit=2.5, deceleration_limit=-2.5, minimum_speed=0.10)
-    return BehaviorServer(backup=limits) if release == "lyrical" else BehaviorServer()
+    """Return the behaviour server with the defaults of a release's code."""
+    return BehaviorServer(backup=default_limits(release))

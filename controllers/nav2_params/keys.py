@@ -73,7 +73,12 @@ BEHAVIOR_SERVER = Keys(
         "local_footprint_topic",
     },
     renamed={"projection_time": "simulate_ahead_time"},
-    missing={"jazzy": {"backup": "its back-up has one speed"}},
+    missing={
+        "jazzy": {
+            "backup": "its back-up has one speed",
+            "drive_on_heading": "its drive on the heading has one speed",
+        }
+    },
     elsewhere={"transform_timeout": "an older name of transform_tolerance"},
 )
 BT_NAVIGATOR = Keys(

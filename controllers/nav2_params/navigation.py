@@ -11,7 +11,14 @@ from typing import Annotated, Any, ClassVar, Literal, Self
 
 from pydantic import BeforeValidator, Field, field_validator, model_validator
 
-from controllers.behaviors import BehaviorServer, BehaviorTree, DriveLimits, default_behaviors, default_tree
+from controllers.behaviors import (
+    DRIVE_ON_HEADING,
+    BehaviorServer,
+    BehaviorTree,
+    DriveLimits,
+    default_behaviors,
+    default_tree,
+)
 from controllers.checkers import GOAL_CHECKERS, GoalChecker, ProgressChecker
 from controllers.collision_monitor import CollisionMonitor
 from controllers.nav2_params.plugin_settings import ControllerPlugin, PlannerPlugin, SmootherPlugin, with_release
@@ -19,7 +26,7 @@ from controllers.nav2_params.plugins import CONTROLLERS, SHIMS
 from controllers.path_handler import PathHandler
 from controllers.releases import RELEASES, Release
 from controllers.rotation_shim.plugin import configured_inside
-from controllers.tree_xml import cleared_layers, plugin_names, read_tree, smooths_paths
+from controllers.tree_xml import asked_behaviors, cleared_layers, plugin_names, read_tree, smooths_paths
 from gym_mapbench.costmap import CostmapParams
 from gym_mapbench.errors import ConfigError, unknown_name
 from gym_mapbench.quantities import NonNegative, Positive
@@ -234,6 +241,13 @@ class NavigationParams(ExtendedSettings):
         if not self.bt.xml:
             return self.bt.plugins_to_clear(which)
         return cleared_layers(read_tree(self.bt.xml, self.release), which)
+
+    @property
+    def behaviors(self) -> tuple[str, ...]:
+        """Names of the behaviours that exist: the plugins, and a drive on the heading where the tree asks for it."""
+        plugins = self.behavior_server.behavior_plugins
+        asked = asked_behaviors(read_tree(self.bt.xml, self.release)) if self.bt.xml else ()
+        return (*plugins, DRIVE_ON_HEADING) if DRIVE_ON_HEADING in asked else plugins
 
     @property
     def costmaps(self) -> dict[str, CostmapParams]:

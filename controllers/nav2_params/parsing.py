@@ -4,8 +4,10 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
+from functools import partial
 from typing import Any
 
+from controllers.behaviors import DRIVE_ON_HEADING, DriveLimits, default_limits
 from controllers.nav2_params import keys
 from controllers.nav2_params.controllers_section import ControllersFound, read_controllers
 from controllers.nav2_params.costmap_section import read_costmap
@@ -19,22 +21,22 @@ from controllers.nav2_params.navigation import (
     NavigationParams,
     PlannerPlugin,
     VelocitySmoother,
-    default_behaviors,
     default_tree,
 )
 from controllers.nav2_params.nodes import COSTMAPS, SECTIONS, all_nodes, find_sections
-from controllers.nav2_params.plugins import BEHAVIORS, PLANNERS, names_in_ros, stand_in
+from controllers.nav2_params.plugins import BEHAVIORS, DRIVES, PLANNERS, names_in_ros, stand_in
 from controllers.nav2_params.recognition import Recognition, recognise
 from controllers.nav2_params.smoothers_section import read_smoothers
 from controllers.nav2_params.tree_file import NAVIGATOR, take_tree
 from controllers.nav2_params.tree_ids import PLANNER, TreeIds
 from controllers.releases import Release
-from controllers.tree_xml import TreeNode
+from controllers.tree_xml import asked_behaviors
 from gym_mapbench.errors import ConfigError, nearest_name
 from gym_mapbench.ros_params import (
     Finding,
     Findings,
     Kind,
+    RosNames,
     Section,
     known_class,
     leaves,
@@ -53,8 +55,6 @@ TREES_PLANNER = "GridBased"
 USUAL_PLANNER = "navfn"
 """Nav2's default planner; it stands in for planners that are not built here."""
 
-LEAVES = {"spin": "Spin", "backup": "BackUp", "wait": "Wait"}
-"""Behaviours -> the nodes of a tree that ask for them."""
 MISSPELT_PLUGIN = 0.8
 """Similarity from which on an unknown plugin is probably a misspelt one of the tree."""
 
@@ -162,9 +162,12 @@ def _read_sections(sections: Mapping[str, Section], servers: FilterServers) -> t
     filters = {name: read_filters(sections[name], servers, sections.get("controller_server")) for name in costmaps}
     file = take_tree(sections.get(NAVIGATOR), servers.folder)
     ids = TreeIds.take(sections.get(NAVIGATOR), file)
+    asked = tuple(BEHAVIORS) if file.tree is None else asked_behaviors(file.tree)
     if file.is_default or file.tree:
-        _tell_missing(sections, ids, BEHAVIORS if file.tree is None else _behaviors_of(file.tree))
-    found = {field: read(sections[name]) for name, (field, read) in READERS.items() if name in sections}
+        _tell_missing(sections, ids, asked)
+    read_behaviors = partial(_read_behaviors, drives=DRIVE_ON_HEADING in asked)
+    readers = {"behavior_server": ("behavior_server", read_behaviors), **READERS}
+    found = {field: read(sections[name]) for name, (field, read) in readers.items() if name in sections}
     if "planner_server" in sections:
         found["planner"] = _read_planner(sections["planner_server"], ids)
     if "smoother_server" in sections:
@@ -203,25 +206,27 @@ def _read_planner(server: Section, ids: TreeIds) -> PlannerPlugin:
     return server.make(PlannerPlugin, {"name": kind, "params": PLANNERS[kind].read(group), **own})
 
 
-def _read_behaviors(server: Section) -> BehaviorServer:
-    """Read the behaviours without those whose class the tree does not expect; only a back-up has its own settings.
+def _read_behaviors(server: Section, *, drives: bool) -> BehaviorServer:
+    """Read the behaviours without those whose class the tree does not expect; those that drive have their own settings.
+
+    Args:
+        server: The section.
+        drives: Whether the tree asks for a drive on the heading.
 
     Raises:
         ConfigError: If a value is wrong, or the release does not start with the class of a behaviour.
     """
     names = server.take_names("behavior_plugins", ("spin", "backup", "drive_on_heading", "wait"))
-    enabled = [name for name in names if _read_behavior(server, name)]
+    built = BEHAVIORS | (DRIVES if drives else {})
+    enabled = [name for name in names if _read_behavior(server, name, built)]
     for key in [key for key, value in server.values.items() if isinstance(value, Mapping) and key not in enabled]:
         server.leave(key)
-    usual = {"backup": default_behaviors(server.findings.release).backup.model_dump()}
-    values = overlay(usual, server.read(keys.BEHAVIOR_SERVER, parameter_names(BehaviorServer)))
-    return server.make(BehaviorServer, {**values, "behavior_plugins": tuple(enabled)})
-
-
-def _behaviors_of(tree: TreeNode) -> list[str]:
-    """Return the behaviours for which a tree asks."""
-    nodes = {node.name for node in tree.walk()}
-    return [name for name, leaf in LEAVES.items() if leaf in nodes]
+    straight = ("backup", *(DRIVES if drives else ()))
+    usual = {name: default_limits(server.findings.release).model_dump() for name in straight}
+    limits = [f"{name}.{limit}" for name in straight for limit in DriveLimits.model_fields]
+    values = overlay(usual, server.read(keys.BEHAVIOR_SERVER, {*parameter_names(BehaviorServer), *limits}))
+    plugins = tuple(name for name in enabled if name in BEHAVIORS)
+    return server.make(BehaviorServer, {**values, "behavior_plugins": plugins})
 
 
 def _tell_missing(sections: Mapping[str, Section], ids: TreeIds, behaviors: Iterable[str]) -> None:
@@ -250,18 +255,18 @@ def _tell_unlisted(server: Section, key: str, wanted: Iterable[str], names: list
         )
 
 
-def _read_behavior(server: Section, name: str) -> bool:
-    """Read one behaviour; returns whether it is built here."""
-    if name not in BEHAVIORS:
+def _read_behavior(server: Section, name: str, built: Mapping[str, RosNames]) -> bool:
+    """Read one behaviour; returns whether it is among those that are built here."""
+    if name not in built:
         server.leave(name)
         return False
     group = server.take_group(name)
-    ros_class = str(group.values.pop("plugin", BEHAVIORS[name][group.findings.release]))
+    ros_class = str(group.values.pop("plugin", built[name][group.findings.release]))
     refuse_slash(ros_class, group.findings.release, f"{group.name}.plugin")
-    if _last_part(ros_class) != _last_part(BEHAVIORS[name][group.findings.release]):
+    if _last_part(ros_class) != _last_part(built[name][group.findings.release]):
         server.findings.add("left_out", group.name, f"{ros_class}: this behaviour is not built")
         return False
-    own = group.values if name == "backup" else {}
+    own = group.values if name in ("backup", *DRIVES) else {}
     for key in group.values.keys() - own.keys():
         of_all = key in BehaviorServer.model_fields
         why = f"all behaviours read {server.name}.{key}" if of_all else "this behaviour has no parameters of its own"
@@ -286,7 +291,6 @@ def _read_smoother(section: Section) -> VelocitySmoother:
 
 
 READERS: dict[str, tuple[str, Any]] = {
-    "behavior_server": ("behavior_server", _read_behaviors),
     "bt_navigator": ("bt", _read_tree),
     "velocity_smoother": ("velocity_smoother", _read_smoother),
     "collision_monitor": ("collision_monitor", read_monitor),

@@ -6,6 +6,7 @@ from collections.abc import Iterator, Mapping
 from functools import cache
 from typing import Any
 
+from controllers.behaviors import DRIVE_ON_HEADING
 from controllers.descriptor import Nav2Controller
 from controllers.dwb.plugin import DWB
 from controllers.graceful.plugin import GRACEFUL
@@ -33,6 +34,8 @@ BEHAVIORS = {
     "wait": slashed_in_humble("nav2_behaviors", "Wait"),
 }
 """Behaviours by the names that the default tree asks for."""
+DRIVES = {DRIVE_ON_HEADING: slashed_in_humble("nav2_behaviors", "DriveOnHeading")}
+"""The behaviour for which a user's tree may ask besides."""
 
 
 def _of_nav2(registry: Registry[Any]) -> Iterator[tuple[str, RosPlugin]]:

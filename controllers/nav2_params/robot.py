@@ -92,11 +92,14 @@ def _smoother_limits(navigation: NavigationParams) -> Limits:
 
 
 def _recovery_limits(navigation: NavigationParams) -> Limits:
-    server, speeds = navigation.behavior_server, [navigation.bt.backup_speed]
+    server, speeds, drives = navigation.behavior_server, [navigation.bt.backup_speed], list[float]()
     if navigation.bt.xml:
-        nodes = read_tree(navigation.bt.xml, navigation.release).walk()
+        nodes = list(read_tree(navigation.bt.xml, navigation.release).walk())
+        drives = [node.ports["speed"] for node in nodes if node.name == "DriveOnHeading"]
         speeds = [node.ports["backup_speed"] for node in nodes if node.name == "BackUp"]
+        speeds += [-speed for speed in drives if speed < 0.0]
     return {
+        **({"max_linear_velocity": fastest} if (fastest := max([0.0, *drives])) else {}),
         **({"max_reverse_velocity": max(speeds)} if speeds else {}),
         "max_angular_velocity": server.max_rotational_vel,
         "max_angular_acceleration": server.rotational_acc_lim,

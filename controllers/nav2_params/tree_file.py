@@ -3,12 +3,14 @@
 from __future__ import annotations
 
 import re
+from collections.abc import Mapping
 from dataclasses import dataclass
+from functools import partial
 from pathlib import Path
 
-from controllers.tree_xml import TreeNode, plugin_names, read_tree
+from controllers.tree_xml import TreeNode, plugin_names, read_text, read_tree
 from gym_mapbench.errors import ConfigError
-from gym_mapbench.ros_params import Section
+from gym_mapbench.ros_params import Section, leaves
 
 NAVIGATOR = "bt_navigator"
 TREE_FILE = "default_nav_to_pose_bt_xml"
@@ -20,8 +22,6 @@ PACKAGE = re.compile(r"\$\(find-pkg-share\s+\S+\)/")
 """Beginning of a path in a package."""
 PARENTS = 3
 """How many folders above that of the parameter file are taken for the folder of the package."""
-LARGEST = 1_000_000
-"""Largest size of a file, bytes."""
 
 
 @dataclass(frozen=True)
@@ -54,28 +54,59 @@ def take_tree(navigator: Section | None, folder: Path) -> TreeFile:
         findings.add("ros_only", name)
         return TreeFile()
     try:
-        xml = _find(named, folder).read_text(encoding="utf-8")
+        xml = _read(find_tree(named, folder))
         tree = read_tree(xml, findings.release)
         plugin_names(tree)
-    except (ConfigError, OSError, UnicodeDecodeError) as error:
-        why = str(error) if isinstance(error, ConfigError) else f"{named}: expected a text file"
-        findings.add("left_out", name, f"{why}; Nav2's default tree drives here")
+    except ConfigError as error:
+        findings.add("left_out", name, f"{error}; Nav2's default tree drives here")
         return TreeFile(is_default=False)
     return TreeFile(is_default=False, xml=xml, tree=tree)
 
 
-def _find(named: str, folder: Path) -> Path:
-    """Return the file of a tree: the path itself, or in a package, whose folder is near the parameter file.
+def moved_trees(values: object, source: Path, target: Path) -> dict[str, str]:
+    """Return, by the name of its file, the text of each tree that a parameter file names and loses if it is moved.
+
+    Args:
+        values: The content of the parameter file.
+        source: Folder in which it was.
+        target: Folder in which it is.
 
     Raises:
-        ConfigError: If there is none, or it is too large.
+        ConfigError: If a tree is too large or no XML.
+    """
+    keys = leaves(values) if isinstance(values, Mapping) else ()
+    named = [str(value) for key, value in keys if key.endswith(TREE_FILE)]
+    own = [name for name in named if not name.endswith(DEFAULT_TREES)]
+    lost = {name: file for name in own if not _found(name, target) and (file := _found(name, source))}
+    return {Path(name).name: _read(file) for name, file in lost.items()}
+
+
+def _found(named: str, folder: Path) -> Path | None:
+    try:
+        return find_tree(named, folder)
+    except ConfigError:
+        return None
+
+
+def _read(file: Path) -> str:
+    return read_text(file, partial(find_tree, by="the tree"))
+
+
+def find_tree(named: str, folder: Path, by: str = "the parameter file") -> Path:
+    """Return the file of a tree: the path itself, or in a package, whose folder is near the file that names it.
+
+    Args:
+        named: The path, as a parameter file or an ``include`` names it.
+        folder: Folder of the file that names it.
+        by: What this file is.
+
+    Raises:
+        ConfigError: If there is none.
     """
     inside = PACKAGE.sub("", named, count=1)
     folders = [folder, *folder.resolve().parents[:PARENTS]] if inside != named else [folder]
     candidates = [*(one / inside for one in folders), folder / Path(named).name]
     found = next((one for one in candidates if one.is_file()), None)
     if found is None:
-        raise ConfigError(f"expected the file {inside} in the package or beside the parameter file")
-    if found.stat().st_size > LARGEST:
-        raise ConfigError(f"{found}: expected at most {LARGEST} bytes, got {found.stat().st_size}")
+        raise ConfigError(f"expected the file {inside} in the package or beside {by}")
     return found

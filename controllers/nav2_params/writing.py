@@ -2,15 +2,16 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from typing import Any
 
+from controllers.behaviors import DRIVE_ON_HEADING, default_limits
 from controllers.checkers import GOAL_CHECKERS, PROGRESS_CHECKERS, ProgressChecker
 from controllers.collision_monitor import CollisionMonitor
 from controllers.nav2_params.filters_writing import filter_groups, filter_nodes
 from controllers.nav2_params.monitor_section import write_monitor
 from controllers.nav2_params.navigation import BehaviorServer, ControllerServer, NavigationParams, PlannerPlugin
-from controllers.nav2_params.plugins import BEHAVIORS, CONTROLLERS, COSTMAP_LAYERS, PLANNERS, SMOOTHERS
+from controllers.nav2_params.plugins import BEHAVIORS, CONTROLLERS, COSTMAP_LAYERS, DRIVES, PLANNERS, SMOOTHERS
 from controllers.path_handler import PATH_HANDLER_ID, PATH_HANDLERS
 from controllers.releases import Release
 from gym_mapbench.costmap import FILTERS, CostmapParams
@@ -78,7 +79,7 @@ def write_nav2_params(
     nodes = {
         "controller_server": _controller_server(navigation, follow_path),
         "planner_server": _planner_server(navigation),
-        "behavior_server": _behavior_server(navigation.behavior_server, navigation.release),
+        "behavior_server": _behavior_server(navigation.behavior_server, navigation.release, navigation.behaviors),
         "bt_navigator": _bt_navigator(navigation),
         "local_costmap": _costmap(navigation.local_costmap, "local_costmap", robot),
         "global_costmap": _costmap(navigation.global_costmap, "global_costmap", robot),
@@ -225,18 +226,23 @@ def _smoother_server(navigation: NavigationParams) -> dict[str, Any]:
     }
 
 
-def _behavior_server(server: BehaviorServer, release: Release) -> dict[str, Any]:
+def _behavior_server(server: BehaviorServer, release: Release, behaviors: Sequence[str]) -> dict[str, Any]:
     options = _options(server)
-    limits = options.pop("backup")
-    if release != "lyrical":  # whose defaults are not 0
-        limits = {name: value for name, value in limits.items() if value and release == "humble"}
-    own = {"backup": limits}
+    drive = server.drive_on_heading or default_limits(release)
+    options.pop("drive_on_heading", None)
+    own = {"backup": _limits(options.pop("backup"), release), DRIVE_ON_HEADING: _limits(_options(drive), release)}
     return {
         **options,
         **BEHAVIOR_FRAMES[release],
         "robot_base_frame": BASE_FRAME,
-        **{name: {"plugin": BEHAVIORS[name][release], **own.get(name, {})} for name in server.behavior_plugins},
+        "behavior_plugins": list(behaviors),
+        **{name: {"plugin": (BEHAVIORS | DRIVES)[name][release], **own.get(name, {})} for name in behaviors},
     }
+
+
+def _limits(limits: Mapping[str, Any], release: Release) -> dict[str, Any]:
+    """Return the limits of a behaviour that drives straight, as far as a release has them; only Lyrical's are not 0."""
+    return {name: value for name, value in limits.items() if release == "lyrical" or (value and release == "humble")}
 
 
 def _bt_navigator(navigation: NavigationParams) -> dict[str, Any]:

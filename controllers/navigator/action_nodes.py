@@ -32,7 +32,7 @@ class ActionNode(Node):
 
     def __init__(self, clock: Clock, server: ActionServer, latency: Latency) -> None:
         self._clock, self._server = clock, server
-        self._round_trip = 2.0 * latency.message
+        self._message, self._round_trip = latency.message, 2.0 * latency.message
         self._patience = 0.0 if latency.is_ideal else SERVER_TIMEOUT
         self._sent: list[GoalHandle] = []
         self._accepted: dict[GoalHandle, float] = {}
@@ -73,17 +73,25 @@ class ActionNode(Node):
         return Rest(NEVER, self._has_news) if self._awaited is None else None
 
     def halt(self) -> None:
-        """Cancel the goal, and wait a little for the answer and then for the result."""
+        """Cancel the goal, and wait a little for the answer and then for the result.
+
+        A goal that has ended, or that another node has had cancelled, is left alone.
+        """
         if self.status is not Status.RUNNING:
             return
         goal, self._goal, self._awaited = self._goal, None, None
         self._spin(self._clock.now)
-        if goal is None or goal.ended + self._round_trip <= self._clock.now + TIME_RESOLUTION:
+        if goal is None or self._is_known_to_end(goal):
             return
         answered = self._server.request_cancel(goal, self._clock.now)
         self._spin_until(lambda: False, min(answered, self._clock.now + self._patience))
         self._spin_until(lambda: goal not in self._accepted, self._clock.now + self._patience)
         self.on_result(Outcome(Result.CANCELED))
+
+    def _is_known_to_end(self, goal: GoalHandle) -> bool:
+        """Whether the server has said that a goal has ended, or that it is being cancelled."""
+        said = min(goal.ended + self._round_trip, goal.cancel_arrives + self._message)
+        return said <= self._clock.now + TIME_RESOLUTION
 
     def _has_news(self) -> bool:
         """Let the server work until now; whether a message has come."""
@@ -125,9 +133,10 @@ class ActionNode(Node):
         return Status.FAILURE
 
     def _end(self, outcome: Outcome) -> Status:
+        """Take the result of the goal; a goal that another node has had cancelled counts as a success."""
         self._goal = None
         self.on_result(outcome)
-        return Status.SUCCESS if outcome.result is Result.SUCCEEDED else Status.FAILURE
+        return Status.FAILURE if outcome.result is Result.ABORTED else Status.SUCCESS
 
     def _spin_until(self, done: Callable[[], bool], deadline: float) -> bool:
         """Let time pass and take messages until something is done; False if it is not done by the deadline."""

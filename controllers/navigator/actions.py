@@ -139,9 +139,16 @@ class ActionServer:
 
     def request_cancel(self, handle: GoalHandle, now: float) -> float:
         """Ask the server to cancel a goal; returns when its answer comes, s."""
-        handle.cancel_arrives = now + self._latency.message
+        handle.cancel_arrives = min(handle.cancel_arrives, now + self._latency.message)
         self.next_time = self._find_next_time()
-        return handle.cancel_arrives + self._latency.message
+        return now + 2.0 * self._latency.message
+
+    def request_cancel_before(self, arrival: float, now: float) -> float:
+        """Ask the server to cancel the goals that it got until ``arrival``, s; returns when its answer comes, s."""
+        for handle in (self._current, self._pending):
+            if handle is not None and handle.arrives <= arrival + TIME_RESOLUTION:
+                self.request_cancel(handle, now)
+        return now + 2.0 * self._latency.message
 
     def advance(self, now: float) -> None:
         """Do all that is due until ``now``, s."""

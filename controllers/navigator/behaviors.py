@@ -13,12 +13,10 @@ from collections.abc import Iterator
 import numpy as np
 
 from controllers.base import Twist
+from controllers.behaviors import NO_LIMITS, DriveLimits
 from controllers.nav2_params.navigation import BehaviorServer as BehaviorServerParams
-from controllers.nav2_params.navigation import DriveLimits
 from controllers.navigator.rate import TIME_RESOLUTION
 from gym_mapbench.world.scenario import Pose, wrap_angle
-
-NO_LIMITS = DriveLimits()
 
 
 class Behavior(ABC):

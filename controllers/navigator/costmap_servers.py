@@ -107,6 +107,18 @@ class CostmapServer:
         if not plugins:
             self._schedule.clear()
 
+    def clear_square(self, robot: Pose, side: float, *, outside: bool, plugins: Sequence[str] = ()) -> None:
+        """Forget the observations in a square around the robot, or all but those (``ClearAroundRobot`` and the like).
+
+        Args:
+            robot: Pose of the robot, in the costmap's frame.
+            side: Side of the square, m.
+            outside: Whether all but the square is forgotten.
+            plugins: Lyrical: names of the layers; none for all that look at scans.
+        """
+        if self._layered.clear_square(robot.x, robot.y, side, outside=outside, plugins=plugins):
+            self._schedule.clear()
+
     def _update(self, pose: Pose, on_map: Pose | None) -> None:
         if not self._is_buffered:
             self._layered.observe(self._message(self._scan, self._taken_at), self._taken_at)

@@ -103,6 +103,17 @@ class SingleTrigger(Control):
         return status
 
 
+class GoalUpdatedController(Control):
+    """Ticks its child at first and while that is RUNNING, but not again: the goal does not change."""
+
+    def tick(self) -> Status:
+        """Tick the child if it is due."""
+        (child,) = self.children
+        if self.status is Status.IDLE or child.status is Status.RUNNING:
+            return child.execute_tick()
+        return Status.RUNNING
+
+
 class DistanceController(Control):
     """Ticks its child at first, while that is RUNNING, and each time the robot has come some distance.
 

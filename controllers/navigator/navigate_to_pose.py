@@ -9,7 +9,7 @@ from __future__ import annotations
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
 from functools import cached_property, partial
-from typing import Any
+from typing import Any, NamedTuple
 
 from controllers.nav2_params.navigation import NavigationParams
 from controllers.navigator import error_codes
@@ -40,6 +40,32 @@ PATH, PLANNER_CODE, CONTROLLER_CODE = "path", "compute_path_error_code", "follow
 """Variables of the default tree."""
 
 
+class Square(NamedTuple):
+    """A square around the robot.
+
+    Args:
+        side: Its side, m.
+        outside: Whether it is meant, or all but it.
+    """
+
+    side: float
+    outside: bool
+
+
+class Clear(NamedTuple):
+    """What a service that clears a costmap is asked for.
+
+    Args:
+        costmap: ``local`` or ``global``.
+        plugins: Names of the layers that are cleared; none for all.
+        square: What is cleared of them; None for everything.
+    """
+
+    costmap: str
+    plugins: tuple[str, ...] = ()
+    square: Square | None = None
+
+
 @dataclass
 class Servers:
     """The servers that the leaves of the tree ask.
@@ -48,8 +74,7 @@ class Servers:
         planner: Computes paths.
         controller: Follows paths.
         behaviors: Run the recoveries, by kind; one that does not exist fails.
-        clear: Clears layers of a costmap, ``local`` or ``global``, all if none is named; returns how long the answer
-            takes, s.
+        clear: Clears a costmap; returns how long the answer takes, s.
         keeps: Whether a path is kept near the goal instead of a new plan (Lyrical).
         is_path_valid: Whether a path is free from the pose nearest to the robot on.
         robot: What is measured of the robot.
@@ -59,7 +84,7 @@ class Servers:
     planner: ActionServer
     controller: ActionServer
     behaviors: Mapping[str, ActionServer]
-    clear: Callable[[str, tuple[str, ...]], float]
+    clear: Callable[[Clear], float]
     keeps: Callable[[Any], bool]
     is_path_valid: Callable[[Any], bool]
     robot: RobotOnMap
@@ -208,30 +233,23 @@ class FollowPath(ActionNode):
             board.log(*board.failure)
 
 
-class ClearEntireCostmap(ServiceNode):
+class ClearCostmap(ServiceNode):
     """Clears the global or the local costmap.
 
     Args:
         board: The blackboard.
-        clear: Clears it, as in :class:`Servers`.
-        which: ``local`` or ``global``.
-        plugins: The layers that are cleared; none for all.
+        service: Clears it, as in :class:`Servers`.
+        request: What is cleared.
     """
 
-    def __init__(
-        self,
-        board: Blackboard,
-        clear: Callable[[str, tuple[str, ...]], float],
-        which: str,
-        plugins: tuple[str, ...] = (),
-    ) -> None:
+    def __init__(self, board: Blackboard, service: Callable[[Clear], float], request: Clear) -> None:
         super().__init__(board.clock)
-        self._board, self._clear, self._which, self._plugins = board, clear, which, plugins
+        self._board, self._service, self._request = board, service, request
 
     def call(self) -> float:
         """Clear the costmap; returns how long the answer takes, s."""
-        self._board.log(f"clear_{self._which}")
-        return self._clear(self._which, self._plugins)
+        self._board.log(f"clear_{self._request.costmap}")
+        return self._service(self._request)
 
 
 class RunBehavior(ActionNode):
@@ -272,7 +290,7 @@ def navigate_to_pose_w_replanning_and_recovery(
     """Build ``navigate_to_pose_w_replanning_and_recovery.xml``."""
     bt = params.bt
     clear_local, clear_global = (
-        partial(ClearEntireCostmap, board, servers.clear, which, bt.plugins_to_clear(which))
+        partial(ClearCostmap, board, servers.clear, Clear(which, bt.plugins_to_clear(which)))
         for which in ("local", "global")
     )
     plan, follow = _plan_if_needed(board, params, servers, latency), FollowPath(board, servers.controller, latency)

@@ -37,7 +37,7 @@ from controllers.navigator.collision_monitor import CollisionMonitor
 from controllers.navigator.controller_server import ControllerServer
 from controllers.navigator.costmap_servers import CostmapServer, Ranges
 from controllers.navigator.latency import LATENCIES
-from controllers.navigator.navigate_to_pose import Blackboard, Servers
+from controllers.navigator.navigate_to_pose import Blackboard, Clear, Servers
 from controllers.navigator.path_keeper import PathKeeper, PathValidity
 from controllers.navigator.planner_server import PlannerServer
 from controllers.navigator.rate import NEVER, TIME_RESOLUTION
@@ -65,11 +65,13 @@ class Measured:
         pose: Its pose on the map.
         local_pose: Its pose in the frame of the local costmap.
         odometry: Its velocity.
+        acceleration: Its acceleration, from the last two velocities, m/s^2; 0 before the third one.
     """
 
     pose: Pose
     local_pose: Pose
     odometry: Twist = STOP
+    acceleration: float = 0.0
 
     @property
     def map_in_local(self) -> Pose:
@@ -265,10 +267,7 @@ class Navigator:
         return Servers(
             planner=ActionServer(self._make_planner_server(latency.planning), latency),
             controller=ActionServer(self._controller_server, latency),
-            behaviors={
-                kind: ActionServer(self._make_behavior_server(setup), latency)
-                for kind in params.behavior_server.behavior_plugins
-            },
+            behaviors={kind: ActionServer(self._make_behavior_server(setup), latency) for kind in params.behaviors},
             clear=self._clear,
             keeps=PathKeeper(params.bt.goal_nearby_distance, self._robot, validity).keeps,
             is_path_valid=validity.is_valid,
@@ -325,7 +324,9 @@ class Navigator:
     def _measure(self, observation: Observation) -> None:
         """Take this step's measurements."""
         robot, odom, scan = self._robot, Pose(*observation["odom"].tolist()), self._new_scan(observation)
-        robot.pose, robot.odometry = Pose(*observation["pose"].tolist()), Twist(*observation["velocity"].tolist())
+        velocity = Twist(*observation["velocity"].tolist())
+        robot.acceleration = (velocity.v - robot.odometry.v) / self._period if self._steps > 2 else 0.0
+        robot.pose, robot.odometry = Pose(*observation["pose"].tolist()), velocity
         robot.local_pose = odom if self._local_in_odom else robot.pose
         if scan is not None:
             self._global_costmap.observe(robot.pose, scan)
@@ -358,10 +359,14 @@ class Navigator:
         for server in self._servers.actions:
             server.advance(self._now)
 
-    def _clear(self, which: str, plugins: tuple[str, ...]) -> float:
-        """Clear layers of a costmap, all if none is named; returns how long the service takes."""
-        costmap = self._local_costmap if which == "local" else self._global_costmap
-        costmap.clear(plugins)
+    def _clear(self, clear: Clear) -> float:
+        """Clear a costmap; returns how long the service takes."""
+        robot, is_local = self._robot, clear.costmap == "local"
+        costmap, pose = (self._local_costmap, robot.local_pose) if is_local else (self._global_costmap, robot.pose)
+        if clear.square is None:
+            costmap.clear(clear.plugins)
+        else:
+            costmap.clear_square(pose, clear.square.side, outside=clear.square.outside, plugins=clear.plugins)
         return LATENCIES[self.params.bt.latency].service
 
     def _take_nav_command(self, command: Twist) -> None:

@@ -39,3 +39,8 @@ class RobotOnMap(Protocol):
     def odometry(self) -> Twist:
         """Measured velocity, m/s and rad/s."""
         ...
+
+    @property
+    def acceleration(self) -> float:
+        """Difference of the last two measured speeds over the time between them, m/s^2; 0 before the third one."""
+        ...

@@ -7,6 +7,7 @@ from collections.abc import Callable, Mapping
 from functools import partial
 from typing import Any
 
+from controllers.behaviors import default_limits
 from controllers.nav2_params.navigation import NavigationParams
 from controllers.navigator import decorators
 from controllers.navigator.behavior_tree import (
@@ -23,28 +24,38 @@ from controllers.navigator.behavior_tree import (
     SequenceWithMemory,
     Status,
 )
-from controllers.navigator.behaviors import BackUp, Behavior, Spin, Wait
+from controllers.navigator.behaviors import BackUp, Behavior, DriveOnHeading, Spin, Wait
+from controllers.navigator.cancel_node import CancelGoals
 from controllers.navigator.conditions import GlobalUpdatedGoal, PathExpiringTimer, distance_traveled, time_expired
 from controllers.navigator.latency import Latency
 from controllers.navigator.navigate_to_pose import (
     Blackboard,
-    ClearEntireCostmap,
+    Clear,
+    ClearCostmap,
     ComputePathToPose,
     FollowPath,
     RunBehavior,
     Servers,
+    Square,
     navigate_to_pose_w_replanning,
     navigate_to_pose_w_replanning_and_recovery,
     never,
 )
+from controllers.navigator.parallel import Parallel
 from controllers.navigator.path_keeper import NearestPose
-from controllers.navigator.path_nodes import IsGoalNearby, TruncatePathLocal
+from controllers.navigator.path_nodes import IsGoalNearby, PathLongerOnApproach, TruncatePath, TruncatePathLocal
 from controllers.navigator.smooth_path import SmoothPath
+from controllers.navigator.timers import Delay, Timeout
 from controllers.tree_xml import TreeNode, cleared_costmap, name_in, named_layers, read_tree, selected_plugins
-from controllers.tree_xml.nodes import RETRIES, SELECTORS
+from controllers.tree_xml.nodes import CANCELS, REGION_CLEARS, RETRIES, SELECTORS
 
 GOAL_REACHED_TOLERANCE = 0.25
 """Distance from the goal up to which ``GoalReached`` succeeds, m: the default of Nav2's ``goal_reached_tol``."""
+ALWAYS = ("AlwaysSuccess", "InitialPoseReceived", "SetBlackboard", "TransformAvailable", *SELECTORS)
+NEVER = ("AlwaysFailure", "GoalUpdated", "IsBatteryCharging", "IsBatteryLow")
+"""Nodes that always succeed here, and those that never do."""
+HARDEST_BRAKING = -10.0
+"""Acceleration below which ``IsStuck`` succeeds, m/s^2."""
 Ports = Mapping[str, Any]
 
 
@@ -109,9 +120,15 @@ class _Builder:
         self.board.followed = ports["path"]
         return FollowPath(self.board, self.servers.controller, self.latency, ports["error_code_id"])
 
-    def clear(self, ports: Ports) -> Node:
-        """Make a leaf that clears a costmap."""
-        return ClearEntireCostmap(self.board, self.servers.clear, cleared_costmap(ports), named_layers(ports))
+    def clear(self, ports: Ports, square: Square | None = None) -> Node:
+        """Make a leaf that clears a costmap, or a square of it."""
+        request = Clear(cleared_costmap(ports), named_layers(ports), square)
+        return ClearCostmap(self.board, self.servers.clear, request)
+
+    def cancel(self, kind: str) -> Node:
+        """Make a leaf that cancels a behaviour; one that does not exist fails."""
+        server = self.servers.behaviors.get(kind)
+        return CancelGoals(server, self.board.clock) if server else Condition(never)
 
     def recovery(self, kind: str, make: Callable[[], Behavior], ports: Ports) -> Node:
         """Make a leaf that runs a behaviour; one that does not exist fails."""
@@ -137,6 +154,19 @@ class _Builder:
         make = partial(BackUp, ports["backup_dist"], ports["backup_speed"], server, ports["time_allowance"])
         return self.recovery("backup", make, ports)
 
+    def drive(self, ports: Ports) -> Node:
+        """Make a leaf that drives straight on; in Nav2 it counts as no recovery."""
+        server, release = self.params.behavior_server, self.params.release
+        drive = ports["dist_to_travel"], ports["speed"]
+        limits = server.drive_on_heading or default_limits(release)
+        make = partial(DriveOnHeading, *drive, server, ports["time_allowance"], limits)
+        return self.recovery("drive_on_heading", make, {**ports, "is_recovery": False})
+
+    def parallel(self, ports: Ports, children: list[Node]) -> Node:
+        """Make the node that ticks all children."""
+        of = "count" if self.is_version_4 else "threshold"
+        return Parallel(*children, successes=ports[f"success_{of}"], failures=ports[f"failure_{of}"])
+
     def speed_controller(self, ports: Ports, child: Node) -> Node:
         """Make a decorator that follows the robot's speed."""
         rates, speeds = ((ports[f"min_{of}"], ports[f"max_{of}"]) for of in ("rate", "speed"))
@@ -160,11 +190,19 @@ class _Builder:
     def truncate(self, ports: Ports) -> Node:
         """Make a leaf that cuts a path."""
         lengths = self.length(ports["distance_forward"]), ports["distance_backward"]
-        path, write = (
-            partial(self.board.path_named, ports["input_path"]),
-            partial(self.board.write, ports["output_path"]),
-        )
-        return TruncatePathLocal(path, write, *lengths, self.nearest_pose(ports))
+        return TruncatePathLocal(*self.cut(ports), *lengths, self.nearest_pose(ports))
+
+    def truncate_end(self, ports: Ports) -> Node:
+        """Make a leaf that cuts the end off a path."""
+        return TruncatePath(*self.cut(ports), ports["distance"])
+
+    def cut(self, ports: Ports) -> tuple[Callable[[], Any], Callable[[Any], None]]:
+        """Return what returns the path that is cut, and what takes the rest."""
+        return partial(self.board.path_named, ports["input_path"]), partial(self.board.write, ports["output_path"])
+
+    def is_stuck(self) -> bool:
+        """Whether the robot has braked harder than it can by itself."""
+        return self.servers.robot.acceleration < HARDEST_BRAKING
 
     def is_goal_reached(self) -> bool:
         """Whether the robot is at the goal, whatever its heading."""
@@ -181,6 +219,14 @@ def _says(success: Status, failure: Status) -> Callable[[_Builder, Ports, list[N
     return lambda builder, ports, children: decorators.Returning(children[0], success, failure)
 
 
+def _clears_square(outside: bool, builder: _Builder, ports: Ports, children: list[Node]) -> Node:
+    return builder.clear(ports, Square(ports["reset_distance"], outside))
+
+
+def _cancels(kind: str, builder: _Builder, ports: Ports, children: list[Node]) -> Node:
+    return builder.cancel(kind)
+
+
 SUCCESS, FAILURE, RUNNING = Status.SUCCESS, Status.FAILURE, Status.RUNNING
 MAKERS: dict[str, Callable[[_Builder, Ports, list[Node]], Node]] = {
     "Sequence": lambda b, p, c: Sequence(*c),
@@ -191,6 +237,7 @@ MAKERS: dict[str, Callable[[_Builder, Ports, list[Node]], Node]] = {
     "ReactiveFallback": lambda b, p, c: ReactiveFallback(*c, halts_later=b.is_version_4),
     "PipelineSequence": lambda b, p, c: PipelineSequence(*c),
     "RoundRobin": lambda b, p, c: RoundRobin(*c, wrap_around=b.params.release != "lyrical" or p["wrap_around"]),
+    "Parallel": lambda b, p, c: b.parallel(p, c),
     "RecoveryNode": lambda b, p, c: RecoveryNode(p["number_of_retries"], *c),
     "Inverter": _says(FAILURE, SUCCESS),
     "ForceSuccess": _says(SUCCESS, SUCCESS),
@@ -205,19 +252,20 @@ MAKERS: dict[str, Callable[[_Builder, Ports, list[Node]], Node]] = {
         c[0], p["distance"], lambda: b.servers.robot.pose
     ),
     "SpeedController": lambda b, p, c: b.speed_controller(p, c[0]),
-    "AlwaysSuccess": lambda b, p, c: Condition(always),
-    "AlwaysFailure": lambda b, p, c: Condition(never),
-    "IsBatteryLow": lambda b, p, c: Condition(never),
-    "IsBatteryCharging": lambda b, p, c: Condition(never),
-    "GoalUpdated": lambda b, p, c: Condition(never),
+    "GoalUpdatedController": lambda b, p, c: decorators.GoalUpdatedController(c[0]),
+    "Timeout": lambda b, p, c: Timeout(c[0], p["msec"], b.board.clock, wakes=b.is_version_4),
+    "Delay": lambda b, p, c: Delay(c[0], p["delay_msec"], b.board.clock, wakes=b.is_version_4),
+    "PathLongerOnApproach": lambda b, p, c: PathLongerOnApproach(c[0], b.path(p), p["prox_len"], p["length_factor"]),
+    **{name: lambda b, p, c: Condition(always) for name in ALWAYS},
+    **{name: lambda b, p, c: Condition(never) for name in NEVER},
+    "IsStuck": lambda b, p, c: Condition(b.is_stuck),
     "GlobalUpdatedGoal": lambda b, p, c: GlobalUpdatedGoal(),
     "GoalReached": lambda b, p, c: Condition(b.is_goal_reached),
-    "InitialPoseReceived": lambda b, p, c: Condition(always),
-    "TransformAvailable": lambda b, p, c: Condition(always),
     "IsPathValid": lambda b, p, c: Condition(partial(b.is_path_valid, p)),
     "ValidatePath": lambda b, p, c: Condition(partial(b.is_path_valid, p)),
     "IsGoalNearby": lambda b, p, c: IsGoalNearby(b.path(p), p["proximity_threshold"], b.nearest_pose(p)),
     "TruncatePathLocal": lambda b, p, c: b.truncate(p),
+    "TruncatePath": lambda b, p, c: b.truncate_end(p),
     "PathExpiringTimer": lambda b, p, c: PathExpiringTimer(p["seconds"], b.path(p), b.board.clock),
     "TimeExpired": lambda b, p, c: time_expired(p["seconds"], b.board.clock),
     "DistanceTraveled": lambda b, p, c: distance_traveled(p["distance"], lambda: b.servers.robot.pose),
@@ -234,9 +282,12 @@ MAKERS: dict[str, Callable[[_Builder, Ports, list[Node]], Node]] = {
     "SmoothPath": lambda b, p, c: b.smooth(p),
     "FollowPath": lambda b, p, c: b.follow(p),
     "ClearEntireCostmap": lambda b, p, c: b.clear(p),
+    **{name: partial(_clears_square, outside) for name, outside in REGION_CLEARS.items()},
+    "CancelControl": lambda b, p, c: CancelGoals(b.servers.controller, b.board.clock),
+    **{name: partial(_cancels, kind) for name, kind in CANCELS.items()},
     "Spin": lambda b, p, c: b.spin(p),
     "Wait": lambda b, p, c: b.recovery("wait", partial(Wait, p["wait_duration"]), p),
     "BackUp": lambda b, p, c: b.back_up(p),
-    **{name: lambda b, p, c: Condition(always) for name in SELECTORS},
+    "DriveOnHeading": lambda b, p, c: b.drive(p),
 }
 """What makes each node of :data:`controllers.tree_xml.NODES`, of its ports and children."""

@@ -1,7 +1,9 @@
 """Behaviour trees in the XML of BehaviorTree.CPP: which nodes are built here, and how a file is read."""
 
+from controllers.tree_xml.includes import read_text
 from controllers.tree_xml.nodes import NODES, TreeNode
 from controllers.tree_xml.reading import (
+    asked_behaviors,
     cleared_costmap,
     cleared_layers,
     name_in,
@@ -16,12 +18,14 @@ from controllers.tree_xml.reading import (
 __all__ = [
     "NODES",
     "TreeNode",
+    "asked_behaviors",
     "cleared_costmap",
     "cleared_layers",
     "name_in",
     "named_layers",
     "named_smoothers",
     "plugin_names",
+    "read_text",
     "read_tree",
     "selected_plugins",
     "smooths_paths",

@@ -32,6 +32,10 @@ class Times(NamedTuple):
     """A port with a whole number above 0, or -1 for no end; it has to be given."""
 
 
+class Milliseconds(NamedTuple):
+    """A port with a whole number of milliseconds; it has to be given."""
+
+
 class Switch(NamedTuple):
     """A port with ``true`` or ``false``, and its default."""
 
@@ -44,13 +48,21 @@ class Variable(NamedTuple):
     default: str = ""
 
 
+class Key(NamedTuple):
+    """A port with the name of a variable, written without braces; it has to be given."""
+
+
+class Text(NamedTuple):
+    """A port with a text without variables; it has to be given."""
+
+
 class Name(NamedTuple):
     """A port with a name, or with the name of a variable that holds it."""
 
     default: str = ""
 
 
-Port = Number | Above | Times | Switch | Variable | Name
+Port = Number | Above | Times | Milliseconds | Switch | Variable | Key | Text | Name
 
 
 class NodeType(NamedTuple):
@@ -97,6 +109,20 @@ RECOVERY: dict[str, Port] = {
 }
 """Ports of behaviours that move the robot."""
 
+CLEAR = "ClearEntireCostmap"
+REGION_CLEARS = {"ClearCostmapAroundRobot": False, "ClearCostmapExceptRegion": True}
+"""Nodes that clear a square around the robot -> whether they clear all but the square."""
+CLEARS = {
+    CLEAR: "clear_entirely",
+    "ClearCostmapAroundRobot": "clear_around",
+    "ClearCostmapExceptRegion": "clear_except",
+}
+"""Nodes that clear a costmap -> the beginnings of the names of their services."""
+BEHAVIOR_NODES = {"Spin": "spin", "BackUp": "backup", "Wait": "wait", "DriveOnHeading": "drive_on_heading"}
+"""Nodes that run a behaviour -> the behaviour."""
+CANCELS = {f"Cancel{name}": kind for name, kind in BEHAVIOR_NODES.items()}
+"""Nodes that cancel a behaviour -> the behaviour."""
+
 SELECTORS = {
     "PlannerSelector": "planner",
     "ControllerSelector": "controller",
@@ -119,6 +145,15 @@ NODES: dict[str, NodeType] = {
     "ReactiveFallback": NodeType(SOME),
     "PipelineSequence": NodeType(SOME),
     "RoundRobin": NodeType(SOME, {"wrap_around": Switch(False)}),
+    "Parallel": NodeType(
+        SOME,
+        {
+            "success_threshold": Number(-1),
+            "failure_threshold": Number(1),
+            "success_count": Number(-1),
+            "failure_count": Number(1),
+        },
+    ),
     "RecoveryNode": NodeType(TWO, {"number_of_retries": Number(1, 0)}),
     "Inverter": NodeType(ONE),
     "ForceSuccess": NodeType(ONE),
@@ -140,10 +175,16 @@ NODES: dict[str, NodeType] = {
             "max_speed": Above(0.5),
         },
     ),
+    "GoalUpdatedController": NodeType(ONE),
+    "Timeout": NodeType(ONE, {"msec": Milliseconds()}),
+    "Delay": NodeType(ONE, {"delay_msec": Milliseconds()}),
+    "PathLongerOnApproach": NodeType(ONE, {"path": PATH, "prox_len": Number(3.0), "length_factor": Number(2.0)}),
+    "SetBlackboard": NodeType(0, {"value": Text(), "output_key": Key()}),
     "AlwaysSuccess": NodeType(),
     "AlwaysFailure": NodeType(),
     "IsBatteryLow": NodeType(0, {"min_battery": Number(0.0), "battery_topic": Name(), "is_voltage": Switch(False)}),
     "IsBatteryCharging": NodeType(0, {"battery_topic": Name()}),
+    "IsStuck": NodeType(),
     "GoalUpdated": NodeType(),
     "GlobalUpdatedGoal": NodeType(),
     "GoalReached": NodeType(0, {"goal": Variable("goal")}),
@@ -167,6 +208,7 @@ NODES: dict[str, NodeType] = {
             "max_robot_pose_search_dist": Number(math.inf),
         },
     ),
+    "TruncatePath": NodeType(0, {"input_path": PATH, "output_path": PATH, "distance": Number(1.0)}),
     "PathExpiringTimer": NodeType(0, {"path": PATH, "seconds": Number(1.0, 0)}),
     "TimeExpired": NodeType(0, {"seconds": Number(1.0, 0)}),
     "DistanceTraveled": NodeType(0, {"distance": Number(1.0, 0)}),
@@ -200,7 +242,13 @@ NODES: dict[str, NodeType] = {
             "error_code_id": Variable(),
         },
     ),
-    "ClearEntireCostmap": NodeType(0, {"service_name": Name(), "plugins": Name()}),
+    CLEAR: NodeType(0, {"service_name": Name(), "plugins": Name()}),
+    **{
+        name: NodeType(0, {"service_name": Name(), "plugins": Name(), "reset_distance": Number(1.0)})
+        for name in REGION_CLEARS
+    },
+    "CancelControl": NodeType(),
+    **{name: NodeType() for name in CANCELS},
     "Spin": NodeType(0, {"spin_dist": Number(1.57), **RECOVERY}),
     "Wait": NodeType(0, {"wait_duration": Number(1.0, 0)}),
     "BackUp": NodeType(
@@ -211,11 +259,24 @@ NODES: dict[str, NodeType] = {
             **RECOVERY,
         },
     ),
+    "DriveOnHeading": NodeType(
+        0,
+        {
+            "dist_to_travel": Number(0.15),
+            "speed": Number(0.025),
+            "time_allowance": Number(10.0, 0),
+            "disable_collision_checks": Switch(False),
+        },
+    ),
     **{name: NodeType(0, {f"selected_{of}": Variable(), f"default_{of}": Name()}) for name, of in SELECTORS.items()},
 }
 """All nodes by their names."""
 
-NEWER_PORTS: dict[str, tuple[Release, ...]] = {
+PORT_RELEASES: dict[str, tuple[Release, ...]] = {
+    "success_threshold": ("humble",),
+    "failure_threshold": ("humble",),
+    "success_count": SINCE_JAZZY,
+    "failure_count": SINCE_JAZZY,
     "disable_collision_checks": SINCE_JAZZY,
     "error_code_id": SINCE_JAZZY,
     "progress_checker_id": SINCE_JAZZY,
@@ -238,6 +299,7 @@ WITHOUT_EFFECT = frozenset(
         "server_name",
         "server_timeout",
         "topic_name",
+        "tracking_feedback",
         "transform_tolerance",
     }
 )

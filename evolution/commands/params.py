@@ -8,6 +8,7 @@ from pathlib import Path
 from controllers.nav2_params import advise, parse_nav2_params, robot_of, summarise
 from controllers.nav2_params.document import read_document
 from controllers.nav2_params.migration import Migration, migrate_file
+from controllers.nav2_params.tree_file import moved_trees
 from controllers.releases import RELEASES
 from evolution.commands import options
 from evolution.commands.console import console, note
@@ -69,10 +70,19 @@ def _convert(args: argparse.Namespace) -> int:
         print(migration.text, end="")
     else:
         write_text(Path(args.out), migration.text)
+        _move_trees(Path(args.file), Path(args.out))
     _report(args.file, migration)
     if args.out is not None:
         _read_again(args.out, migration)
     return 0
+
+
+def _move_trees(source: Path, target: Path) -> None:
+    """Write the trees that the new file names, and would not find from its folder, beside it."""
+    values = read_document(target).values
+    for name, xml in moved_trees(values, source.parent, target.parent).items():
+        write_text(target.parent / name, xml)
+        note(f"{target.parent / name}: the behaviour tree of {source}")
 
 
 def _report(name: str, migration: Migration) -> None:

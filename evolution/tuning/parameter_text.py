@@ -10,7 +10,7 @@ from tempfile import TemporaryDirectory
 import yaml
 
 from controllers.nav2_params import Nav2Params, write_nav2_params
-from controllers.nav2_params.tree_file import TREE_FILE
+from controllers.nav2_params.tree_file import NAVIGATOR, TREE_FILE
 from controllers.nav2_params.values import Values, values_of, write_values
 from evolution.driving import DriveSettings, ParameterFile
 from evolution.files import temporary_directory, write_text
@@ -100,9 +100,12 @@ def text_of_settings(settings: DriveSettings, controller: str) -> ParameterText:
     navigation = settings.navigation
     alone = navigation.replace(controllers={controller: navigation.controller(controller)})
     document = write_nav2_params(alone, robot=settings.robot)
+    tree = ("behavior_tree.xml", navigation.bt.xml) if navigation.bt.xml else None
+    if tree is not None:
+        document[NAVIGATOR]["ros__parameters"][TREE_FILE], _ = tree
     file = ParameterFile(params="nav2_params.yaml", nav2=navigation.release)
     text = yaml.safe_dump(document, sort_keys=False)
-    return ParameterText(text, controller, file, values_of(navigation, controller))
+    return ParameterText(text, controller, file, values_of(navigation, controller), tree)
 
 
 def writable_space(space: SearchSpace, text: ParameterText) -> SearchSpace:

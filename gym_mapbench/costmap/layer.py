@@ -79,6 +79,19 @@ class Window:
         self.origin_y += d_row * self.resolution
         return d_row, d_col
 
+    def cells_within(self, x: float, y: float, side: float) -> Cells:
+        """Return the cells inside a square around a point, without those on its lower border (``clearLayerRegion``)."""
+        rows, cols = self.shape
+        first_col, first_row = self._clipped_cell(x - side / 2, y - side / 2)
+        last_col, last_row = self._clipped_cell(x + side / 2, y + side / 2)
+        return min(first_row + 1, rows), min(first_col + 1, cols), last_row, last_col
+
+    def _clipped_cell(self, x: float, y: float) -> tuple[int, int]:
+        """Return column and row of a point, or of the point of the costmap next to it (``worldToMapEnforceBounds``)."""
+        rows, cols = self.shape
+        col, row = (x - self.origin_x) / self.resolution, (y - self.origin_y) / self.resolution
+        return int(min(max(col, 0), cols - 1)), int(min(max(row, 0), rows - 1))
+
     def cells_in(self, box: Box) -> Cells:
         """Return the cells that a box touches; for an empty box none, or one in a corner (``updateMap``)."""
         cells: Cells = cells_in(box, *self.geometry, *self.shape)
@@ -112,6 +125,9 @@ class Layer(ABC):
 
     def clear_cells(self) -> None:  # noqa: B027 - nor cells of their own
         """Forget the cells, and nothing else (Lyrical's clears by plugin)."""
+
+    def clear_square(self, cells: Cells, *, outside: bool) -> None:  # noqa: B027 - nor here
+        """Forget the cells of a square, or all others; the next update writes the whole costmap (``clearArea``)."""
 
     def roll(self, d_row: int, d_col: int) -> None:  # noqa: B027 - nor anything to move
         """Follow the window, which has moved by this many cells."""

@@ -94,6 +94,24 @@ class LayeredCostmap:
             elif name in plugins:
                 layer.clear_cells()
 
+    def clear_square(self, x: float, y: float, side: float, *, outside: bool, plugins: Sequence[str] = ()) -> bool:
+        """Forget what the layers that look at scans know of a square (``clearRegion``).
+
+        Args:
+            x: x of its middle, m, in the costmap's frame.
+            y: y of its middle, m.
+            side: Its side, m.
+            outside: Whether the layers forget everything but the square.
+            plugins: Lyrical: names of the layers; none for all of them.
+
+        Returns:
+            Whether there is such a layer; the costmap is then out of date until its next update.
+        """
+        chosen = [name for name in self._params.clearable if name in self._layers and (not plugins or name in plugins)]
+        for name in chosen:
+            self._layers[name].clear_square(self._window.cells_within(x, y, side), outside=outside)
+        return bool(chosen)
+
     def observe(self, scan: LaserScan, sensor: Pose, height: float = 0.0) -> None:
         """Give the layers a new scan; every update uses it until there is a newer one.
 
@@ -243,6 +261,10 @@ class _GuardedLayer(Layer):
     def clear_cells(self) -> None:
         with LAYERS.blamed(self._name):
             self._layer.clear_cells()
+
+    def clear_square(self, cells: Cells, *, outside: bool) -> None:
+        with LAYERS.blamed(self._name):
+            self._layer.clear_square(cells, outside=outside)
 
     def roll(self, d_row: int, d_col: int) -> None:
         with LAYERS.blamed(self._name):

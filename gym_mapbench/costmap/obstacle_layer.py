@@ -9,12 +9,14 @@ from typing import Any, Literal
 
 import numpy as np
 
+from gym_mapbench.costmap.grid import NO_INFORMATION
 from gym_mapbench.costmap.layer import Box, Cells, Costs, Layer, LayerContext, LayerEntry, Window
 from gym_mapbench.costmap.scan import LaserScan, Observation
 from gym_mapbench.errors import ConfigError
 from gym_mapbench.kernels.footprint import clear_polygon, touch_footprint
 from gym_mapbench.kernels.layers import combine, shifted
 from gym_mapbench.kernels.obstacle_layer import clear_rays, mark_hits
+from gym_mapbench.kernels.raytrace import touch
 from gym_mapbench.quantities import NonNegative
 from gym_mapbench.releases import Release
 from gym_mapbench.ros_params import Keys, RosPlugin, Section, in_every_release
@@ -87,6 +89,7 @@ class ObstacleGrid(Layer):
         self._corners = context.footprint.corners
         self._default = context.costmap.default_cost
         self._observation: Observation | None = None
+        self._writes_all = False
         self.costs: Costs = np.full(context.shape, self._default, np.uint8)
         self.reset()
 
@@ -106,12 +109,23 @@ class ObstacleGrid(Layer):
         """Forget all cells; of a voxel layer the voxels remain, as in Nav2."""
         self.costs = np.full_like(self.costs, self._default)
 
+    def clear_square(self, cells: Cells, *, outside: bool) -> None:
+        """Forget the cells of a square, or all others; of a voxel layer the voxels remain."""
+        row0, col0, row1, col1 = cells
+        forgotten = np.full(self.costs.shape, outside)
+        forgotten[row0:row1, col0:col1] = not outside
+        self.costs[forgotten] = NO_INFORMATION
+        self._writes_all = True
+
     def roll(self, d_row: int, d_col: int) -> None:
         """Keep the cells that stay in the window."""
         self.costs = shifted(self.costs, d_row, d_col, self._default)
 
     def update_bounds(self, window: Window, robot: Pose, box: Box) -> None:
         """Clear along the rays of the newest scan, then mark its hits; the robot's footprint is freed later."""
+        for corner in window.corners if self._writes_all else ():
+            touch(box, *corner)
+        self._writes_all = False
         if self._observation is not None:
             if self.layer.scan.clearing:
                 self._clear(window, self._observation, box)

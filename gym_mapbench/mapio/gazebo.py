@@ -69,7 +69,9 @@ def export_gazebo(
     if wall_height <= model.lidar_z:
         raise ConfigError(f"wall height: expected more than the lidar's {model.lidar_z:g} m, got {wall_height:g}")
     package = RosPackage(out_dir.resolve().name, scenarios, navigation, model, time_limit, wall_height)
-    files = navigation.files() | package.files() | genome_files((one.name, one.genome) for one in scenarios)
+    files = (
+        navigation.files(package.package) | package.files() | genome_files((one.name, one.genome) for one in scenarios)
+    )
     for scenario in scenarios:
         files |= map_files(scenario, wall_height, package.simulators)
     for simulator in package.simulators:

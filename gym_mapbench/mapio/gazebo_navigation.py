@@ -19,6 +19,9 @@ FILTER_SERVERS = ("filter_info_server", "filter_mask_server")
 """Ends of the names of the servers of costmap filters."""
 PLUGINS_OF_PATHS = ("goal_checker", "progress_checker", "path_handler")
 """Kinds of plugins of the controller server that a leaf may name, besides the controller."""
+NAVIGATOR = "bt_navigator"
+TREES = ("default_nav_to_pose_bt_xml", "default_nav_through_poses_bt_xml")
+"""Parameters of the navigator that name a tree; a tree that is never used has to load, too."""
 CONTROLLER_PACKAGES = ("nav2_mppi_controller", "nav2_graceful_controller")
 """Packages of controllers that not every release's package ``navigation2`` brings."""
 
@@ -90,10 +93,17 @@ class BundledNavigation:
         }
         return {name: values.get("yaml_filename") for name, values in parameters.items()}
 
-    def files(self) -> Files:
-        """Return the parameters, the masks and the behaviour trees."""
+    def files(self, package: str) -> Files:
+        """Return the parameters, the masks and the behaviour trees; the parameters name the first controller's tree.
+
+        Args:
+            package: Name of the package. Nav2 finds the tree by it where a launch file substitutes ``find-pkg-share``,
+                as those of ``nav2_bringup`` do; the package's own launch file gives the tree itself.
+        """
         trees: Files = {f"behavior_trees/{name}.xml": self._tree(name) for name in self.controllers}
-        return trees | self.masks | {"nav2_params.yaml": self._comment() + _yaml(self.params)}
+        named = f"$(find-pkg-share {package})/{next(iter(trees))}"
+        params = {**self.params, NAVIGATOR: _with(self.params.get(NAVIGATOR, {}), dict.fromkeys(TREES, named))}
+        return trees | self.masks | {"nav2_params.yaml": self._comment() + _yaml(params)}
 
     def _tree(self, controller: str) -> str:
         """A user's tree, or the release's default tree, with one controller and the behaviours that have a server."""
@@ -123,6 +133,11 @@ class BundledNavigation:
             return head
         said = "".join(f"#   {name}: {json.dumps(value)}\n" for name, value in self.besides.items())
         return f"{head}# MapBench also drove with these settings, which are not parameters of Nav2:\n{said}"
+
+
+def _with(node: Mapping[str, Any], values: Mapping[str, Any]) -> dict[str, Any]:
+    """Return the section of a node with further parameters."""
+    return {**node, "ros__parameters": {**node.get("ros__parameters", {}), **values}}
 
 
 def _yaml(document: Mapping[str, Any]) -> str:

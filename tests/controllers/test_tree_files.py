@@ -6,7 +6,14 @@ from pathlib import Path
 
 import pytest
 
-from controllers.nav2_params import NavigationParams, parse_nav2_params, read_nav2_params, robot_of, summarise
+from controllers.nav2_params import (
+    NavigationParams,
+    parse_nav2_params,
+    read_nav2_params,
+    robot_of,
+    summarise,
+    write_nav2_params,
+)
 from controllers.nav2_params.document import Document
 from controllers.tree_xml import NODES
 from gym_mapbench.errors import ConfigError
@@ -18,6 +25,7 @@ RPP = "nav2_regulated_pure_pursuit_controller::RegulatedPurePursuitController"
 OWN_TREE = "$(find-pkg-share my_robot)/behavior_trees/mine.xml"
 
 
+DRIVES = {"spin": "Spin", "drive_on_heading": "DriveOnHeading"}
 DOCUMENT = Path(__file__).resolve().parents[2] / "docs" / "howto" / "tree.md"
 
 
@@ -45,6 +53,81 @@ def test_the_tree_that_a_file_names_is_found_in_its_package(tmp_path, place):
 def test_an_absolute_path_of_a_tree_is_taken(tmp_path):
     tree = xml_of(f"<Sequence>{PLAN}{FOLLOW}</Sequence>")
     assert with_tree(tmp_path, tree, "far.xml", str(tmp_path / "far.xml")).navigation.bt.xml == tree
+
+
+INCLUDED = f'<root><BehaviorTree ID="Drive"><Sequence>{PLAN}{FOLLOW}</Sequence></BehaviorTree></root>'
+
+
+def with_includes(folder, *includes: str):
+    """Read a file whose tree includes others and has their tree ``Drive``."""
+    tree = xml_of('<SubTree ID="Drive" __shared_blackboard="true"/>').replace(
+        "<BehaviorTree", "".join(includes) + "<BehaviorTree", 1
+    )
+    return with_tree(folder, tree)
+
+
+@pytest.mark.parametrize(
+    ("place", "include"),
+    [
+        ("behavior_trees/parts/drive.xml", '<include path="parts/drive.xml"/>'),
+        ("other/drive.xml", '<include ros_pkg="my_robot" path="other/drive.xml"/>'),
+        ("behavior_trees/drive.xml", '<include path="drive.xml"/><include path="./drive.xml"/>'),
+    ],
+)
+def test_trees_of_included_files_are_read(tmp_path, place, include):
+    (tmp_path / place).parent.mkdir(parents=True)
+    (tmp_path / place).write_text(INCLUDED.replace("<root>", '<root><include path="drive.xml"/>'))
+    read = with_includes(tmp_path, include)
+    assert read.named("left_out") == ()
+    assert read.navigation.bt.xml.count("<BehaviorTree") == 2
+    assert "include" not in read.navigation.bt.xml
+
+
+@pytest.mark.parametrize(
+    ("text", "why"),
+    [
+        (None, "expected the file drive.xml in the package or beside the tree"),
+        ("<root", "drive.xml: not an XML file"),
+        (INCLUDED.replace("Drive", "Main"), "expected a different ID for each"),
+    ],
+)
+def test_an_include_that_does_not_fit_is_told(tmp_path, text, why):
+    (tmp_path / "behavior_trees").mkdir()
+    if text is not None:
+        (tmp_path / "behavior_trees" / "drive.xml").write_text(text)
+    (finding,) = (
+        one for one in with_includes(tmp_path, '<include path="drive.xml"/>').findings if one.kind == "left_out"
+    )
+    assert why in finding.why
+
+
+def test_a_drive_on_the_heading_has_the_limits_of_its_plugin(tmp_path):
+    drive = '<DriveOnHeading dist_to_travel="0.3" speed="0.9"/>'
+    plugins = {name: {"plugin": f"nav2_behaviors/{ros}"} for name, ros in DRIVES.items()}
+    plugins["drive_on_heading"]["acceleration_limit"] = 0.5
+    behaviors = node(behavior_plugins=list(plugins), **plugins)
+    smoother = node(max_velocity=[0.5, 0.0, 1.0], min_velocity=[-0.1, 0.0, -1.0])
+    read = with_tree(
+        tmp_path,
+        xml_of(f"<Sequence>{drive}{PLAN}{FOLLOW}</Sequence>"),
+        behavior_server=behaviors,
+        velocity_smoother=smoother,
+    )
+    server = read.navigation.behavior_server
+    assert server.behavior_plugins == ("spin",)
+    assert server.drive_on_heading is not None
+    assert server.drive_on_heading.acceleration_limit == 0.5
+    assert robot_of(read, make_robot("turtlebot3_waffle")).max_linear_velocity == 0.9
+    written = write_nav2_params(read.navigation)["behavior_server"]["ros__parameters"]
+    assert written["behavior_plugins"] == ["spin", "drive_on_heading"]
+    assert written["drive_on_heading"] == {"plugin": "nav2_behaviors/DriveOnHeading", "acceleration_limit": 0.5}
+
+
+def test_a_tree_misses_the_behaviours_that_it_runs_or_cancels(tmp_path):
+    asks = "<DriveOnHeading/><CancelWait/><CancelControl/>"
+    behaviors = node(behavior_plugins=["spin"])
+    read = with_tree(tmp_path, xml_of(f"<Sequence>{asks}{PLAN}{FOLLOW}</Sequence>"), behavior_server=behaviors)
+    assert read.named("missing") == ("behavior_server.wait", "behavior_server.drive_on_heading")
 
 
 @pytest.mark.parametrize(

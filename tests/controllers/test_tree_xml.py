@@ -61,6 +61,30 @@ def test_a_subtree_is_put_in_place_with_the_variables_it_is_given():
         assert plan.ports["path"] == follow.ports["path"] == route.strip("{}")
 
 
+SET = '<SetBlackboard value="{}" output_key="{}"/>'
+
+
+@pytest.mark.parametrize("release", ["jazzy", "lyrical"])
+def test_a_number_may_be_a_variable_that_the_tree_has_set(release):
+    tree = f'{SET.format(2.5, "pause")}{SET.format("Smac", "plans")}<Wait wait_duration="{{pause}}"/>{PLAN}{FOLLOW}'
+    read = read_tree(xml_of(f"<Sequence>{tree.replace('GridBased', '{plans}')}</Sequence>"), release)
+    assert read.children[2].ports["wait_duration"] == 2.5
+    assert plugin_names(read)["planner_id"] == "Smac"
+
+
+@pytest.mark.parametrize(("release", "tag"), [("humble", "SubTreePlus"), ("jazzy", "SubTree")])
+def test_texts_that_a_subtree_is_given_are_its_variables(release, tag):
+    main = f'<Sequence><{tag} ID="Rest" pause="1.5"/><{tag} ID="Rest" pause="2.5"/>{PLAN}{FOLLOW}</Sequence>'
+    rest = '<BehaviorTree ID="Rest"><Wait wait_duration="{pause}"/></BehaviorTree>'
+    read = read_tree(xml_of(main).replace("</root>", f"{rest}</root>"), release)
+    assert [node.ports["wait_duration"] for node in read.children[:2]] == [1.5, 2.5]
+
+
+def test_durations_of_timers_are_whole_milliseconds():
+    read = read_tree(xml_of(f'<Timeout msec="1500">{DRIVE}</Timeout>'), "humble")
+    assert read.ports["msec"] == 1.5
+
+
 def test_selectors_name_the_plugins_of_variables():
     selector = '<PlannerSelector selected_planner="{chosen}" default_planner="Smac" topic_name="planner_selector"/>'
     tree = xml_of(f"<Sequence>{selector}{PLAN.replace('GridBased', '{chosen}')}{FOLLOW}</Sequence>")
@@ -118,7 +142,51 @@ def test_selectors_name_the_plugins_of_variables():
             "humble",
             "min_rate: expected less than max_rate",
         ),
-        (xml_of(f'<Sequence _skipIf="true">{DRIVE}</Sequence>'), "jazzy", "unknown port '_skipIf'"),
+        (
+            xml_of(f'<Sequence _skipIf="true">{DRIVE}</Sequence>'),
+            "jazzy",
+            "Sequence._skipIf: scripts are not built here",
+        ),
+        (xml_of(f'<SubTree ID="A" _while="x"/>{DRIVE}').replace(DRIVE, ""), "jazzy", "SubTree._while: scripts are not"),
+        (xml_of("<ComputeRoute/>"), "lyrical", "ComputeRoute: there is no route server here"),
+        (xml_of("<RemovePassedGoals/>"), "humble", "RemovePassedGoals: there is one goal here, not several"),
+        (
+            xml_of(f'<Sequence><Wait wait_duration="{{pause}}"/>{DRIVE}</Sequence>'),
+            "jazzy",
+            "Wait.wait_duration: expected a number, or a variable that a SetBlackboard before sets, got {pause}",
+        ),
+        (
+            xml_of(f'<Sequence>{SET.format(1, "pause")}<Wait wait_duration="{{pause}}"/>{DRIVE}</Sequence>'),
+            "humble",
+            "Wait.wait_duration: expected a number, got {pause}: most nodes of Humble look before the tree sets it",
+        ),
+        (
+            xml_of(f"<Sequence>{SET.format(1, 'a')}{SET.format(2, 'a')}{DRIVE}</Sequence>"),
+            "jazzy",
+            "SetBlackboard a: expected one text in the whole tree, got '1' and '2'",
+        ),
+        (
+            xml_of(f"<Sequence>{SET.format('{path}', 'a')}{DRIVE}</Sequence>"),
+            "jazzy",
+            "SetBlackboard.value: expected a text without braces, got {path}",
+        ),
+        (
+            xml_of(f"<Timeout>{DRIVE}</Timeout>"),
+            "humble",
+            "Timeout.msec: expected a whole number of milliseconds, got none",
+        ),
+        (xml_of(f'<Delay delay_msec="-5">{DRIVE}</Delay>'), "jazzy", "whole number of milliseconds, got -5"),
+        (
+            xml_of(f'<Parallel success_count="3">{DRIVE}<Wait/></Parallel>'),
+            "jazzy",
+            "Parallel.success_count: expected 1 to 2, or -2 to -1, got 3",
+        ),
+        (xml_of(f'<Parallel success_count="1">{DRIVE}</Parallel>'), "humble", "unknown port 'success_count'"),
+        (
+            xml_of(f'<Sequence><ClearCostmapAroundRobot service_name="x"/>{DRIVE}</Sequence>'),
+            "humble",
+            "expected local_costmap/clear_around_local_costmap or global_costmap/clear_around_global_costmap, got 'x'",
+        ),
         (xml_of("<Inverter>" * 2000 + DRIVE + "</Inverter>" * 2000), "humble", "at most 10000 nodes, 100 deep"),
         (
             xml_of(DRIVE).replace("</root>", f'<BehaviorTree ID="Main">{DRIVE}</BehaviorTree></root>'),

@@ -168,7 +168,7 @@ def test_trees_that_nothing_uses_are_exported_as_they_are():
 
 
 def tree_of(**changes):
-    return ElementTree.fromstring(navigation(**changes).files()["behavior_trees/dwb.xml"])
+    return ElementTree.fromstring(navigation(**changes).files("drawn")["behavior_trees/dwb.xml"])
 
 
 @pytest.mark.parametrize("release", ["humble", "jazzy", "lyrical"])
@@ -233,7 +233,9 @@ def test_a_tree_has_only_what_was_driven_with(release):
 
 
 def test_what_no_parameter_of_nav2_says_is_a_comment():
-    text = navigation(release="jazzy", besides={"mppi.noise": "nav2", "mppi.noise_seed": 7}).files()["nav2_params.yaml"]
+    text = navigation(release="jazzy", besides={"mppi.noise": "nav2", "mppi.noise_seed": 7}).files("drawn")[
+        "nav2_params.yaml"
+    ]
     head = [line for line in text.splitlines() if line.startswith("#")]
     assert head[0] == "# Nav2 Jazzy."
     assert head[2:] == ['#   mppi.noise: "nav2"', "#   mppi.noise_seed: 7"]

@@ -14,7 +14,7 @@ from controllers.nav2_params.navigation import NavigationParams, default_tree
 from controllers.navigator.behavior_tree import Status, halt_tree
 from controllers.navigator.costmap_wait import UpdateSchedule
 from controllers.navigator.latency import Latency
-from controllers.navigator.navigate_to_pose import Blackboard, Servers
+from controllers.navigator.navigate_to_pose import Blackboard, Clear, Servers
 from controllers.navigator.rate import NEVER, TIME_RESOLUTION
 from controllers.navigator.tree_builder import build_tree
 from controllers.navigator.tree_loop import TreeLoop
@@ -51,6 +51,7 @@ class Standing(NamedTuple):
 
     pose: Pose = Pose(0.0, 0.0)
     odometry: Twist = STOP
+    acceleration: float = 0.0
 
 
 class ReplayedCostmap(UpdateSchedule):
@@ -160,8 +161,9 @@ class TreeReplay:
             self._goals += 1
             self._log(now, "goal_changed", f"goal {self._goals}")
 
-    def _clear(self, which: str, plugins: tuple[str, ...]) -> float:
+    def _clear(self, clear: Clear) -> float:
         """Clear a costmap; returns how long the answer takes, s."""
+        which = clear.costmap
         name = f"{which}_costmap/clear_entirely_{which}_costmap"
         now = self._board.clock.now
         self._log(now, "service", name)

@@ -16,7 +16,7 @@ from controllers.navigator.costmap_servers import CostmapServer
 from controllers.navigator.error_codes import PLANNER_RECOVERY_HELPS
 from controllers.navigator.navigator import Navigator
 from controllers.navigator.planner_server import PlannerServer
-from gym_mapbench.costmap import FREE_SPACE, LETHAL_OBSTACLE, NO_INFORMATION, CostmapParams
+from gym_mapbench.costmap import FREE_SPACE, LETHAL_OBSTACLE, NO_INFORMATION, CostmapParams, LayeredCostmap
 from gym_mapbench.errors import ConfigError, EndpointError, NoPathError, PluginError, UnsafeEndpointError
 from gym_mapbench.world.footprint import Footprint
 from gym_mapbench.world.gridmap import GridMap
@@ -251,3 +251,59 @@ def test_a_planner_that_returns_no_path_is_told_what_is_expected(path):
     planner.begin(Pose(4.0, 1.025), 0.0)
     with pytest.raises(PluginError, match=r"expected a path of \(n, 3\) finite numbers"):
         planner.step(0.0)
+
+
+def plain_clear(costs, window, x, y, side, outside):
+    """Nav2's loop over all cells of a layer; cells on the lower border of the square are outside of it."""
+    plain = costs.copy()
+    rows, cols = costs.shape
+
+    def cell(value, origin, count):
+        if value < origin:
+            return 0
+        return min(int((value - origin) / window.resolution), count - 1)
+
+    start_x, end_x = (cell(x + sign * side / 2, window.origin_x, cols) for sign in (-1, 1))
+    start_y, end_y = (cell(y + sign * side / 2, window.origin_y, rows) for sign in (-1, 1))
+    for row in range(rows):
+        for col in range(cols):
+            inside = start_x < col < end_x and start_y < row < end_y
+            if inside != outside:
+                plain[row, col] = NO_INFORMATION
+    return plain
+
+
+@settings(max_examples=30, deadline=None)
+@given(st.floats(-1.0, 6.0), st.floats(-1.0, 6.0), st.floats(-0.5, 8.0), st.booleans())
+def test_a_square_is_cleared_as_nav2_loops_over_the_cells(x, y, side, outside):
+    layered = LayeredCostmap(PARAMS["global"], ROOM, Footprint.from_radius(0.22))
+    layer = layered.layer("obstacle_layer")
+    layer.costs = np.random.default_rng(1).choice([0, 254, 255], size=layer.costs.shape).astype(np.uint8)
+    expected = plain_clear(layer.costs, layered._window, x, y, side, outside)
+    assert layered.clear_square(x, y, side, outside=outside)
+    np.testing.assert_array_equal(layer.costs, expected)
+
+
+@pytest.mark.parametrize("which", ["local", "global"])
+@pytest.mark.parametrize(("outside", "left"), [(False, [False, True]), (True, [True, False])])
+def test_a_clear_of_a_square_forgets_marks_in_it_or_around_it_and_leaves_walls(which, outside, left):
+    seen = server(which)
+    places = (1.03, 1.53), (2.23, 1.03)
+    observe(seen, POSE, np.array([1.2, 0.5, 3.5, 3.5], np.float32), 0.0)
+    assert [cost_at(seen, *place) == LETHAL_OBSTACLE for place in places] == [True, True]
+    seen.clear_square(POSE, 1.5, outside=outside)
+    assert not seen.is_current(0.01)
+    observe(seen, POSE, np.full(4, 0.1, np.float32), 1.0)
+    assert seen.is_current(1.0)
+    assert [cost_at(seen, *place) == LETHAL_OBSTACLE for place in places] == left
+    assert which == "local" or cost_at(seen, 0.02) == LETHAL_OBSTACLE
+
+
+def test_without_a_layer_that_looks_at_scans_nobody_waits_after_a_clear_of_a_square():
+    seen = server("global", plugins=("static_layer", "inflation_layer"))
+    seen.advance(0.0, POSE)
+    before = seen.costmap.costs.copy()
+    seen.clear_square(POSE, 1.0, outside=True)
+    assert seen.is_current(0.01)
+    seen.advance(1.0, POSE)
+    np.testing.assert_array_equal(seen.costmap.costs, before)

@@ -7,10 +7,17 @@ from controllers.base import ControllerError, Twist
 from controllers.navigator.behavior_tree import Condition, Node, Sequence, SequenceWithMemory, Status
 from controllers.navigator.behavior_tree import ReactiveSequence as Reactive
 from controllers.navigator.conditions import GlobalUpdatedGoal, PathExpiringTimer, distance_traveled, time_expired
-from controllers.navigator.decorators import Again, DistanceController, Returning, SingleTrigger, SpeedController
+from controllers.navigator.decorators import (
+    Again,
+    DistanceController,
+    GoalUpdatedController,
+    Returning,
+    SingleTrigger,
+    SpeedController,
+)
 from controllers.navigator.navigator import Navigator
 from controllers.navigator.path_keeper import NearestPose
-from controllers.navigator.path_nodes import IsGoalNearby, TruncatePathLocal
+from controllers.navigator.path_nodes import IsGoalNearby, PathLongerOnApproach, TruncatePath, TruncatePathLocal
 from controllers.navigator.rate import Clock
 from controllers.navigator.tree_builder import MAKERS
 from controllers.navigator.tree_loop import TreeLoop
@@ -27,6 +34,8 @@ STRAIGHT = np.column_stack([np.arange(0.0, 10.0, 0.5), np.zeros(20), np.zeros(20
 
 class Robot:
     """A robot that is where it is put, and drives as fast as it is told."""
+
+    acceleration = 0.0
 
     def __init__(self) -> None:
         self.pose, self.odometry = Pose(0.0, 0.0, 0.0), Twist(0.0, 0.0)
@@ -195,6 +204,81 @@ class TestTreesOfUsers:
         commands = Drive(navigator, start).run(100).commands
         assert (min(command.v for command in commands) < 0.0) == backs
 
+    @pytest.mark.parametrize(("speed", "forward"), [("0.2", True), ("-0.2", False)])
+    def test_a_drive_on_the_heading_goes_its_distance_and_counts_as_no_recovery(self, speed, forward):
+        dist = "0.4" if forward else "-0.4"
+        drive = f'<DriveOnHeading dist_to_travel="{dist}" speed="{speed}" time_allowance="5"/>'
+        params = plain_navigation(recoveries=True)
+        xml = xml_of(f"<Sequence>{drive}{PLAN}{FOLLOW}</Sequence>")
+        navigator = Navigator(PlainFollower(), params.replace(bt=params.bt.replace(xml=xml)), "plain")
+        start = Pose(2.0, 1.5, 0.0)
+        navigator.reset(context(OPEN, start, GOAL))
+        commands = Drive(navigator, start).run(60).commands
+        driven = [command.v for command in commands if command.w == 0.0 and abs(command.v) == pytest.approx(0.2)]
+        assert np.isclose(sum(driven) * 0.05, float(dist), atol=0.03)
+        assert (len(replans(navigator)) > 0, navigator.number_recoveries) == (True, 0)
+
+    @pytest.mark.parametrize(
+        ("ports", "fails_after"),
+        [
+            ('dist_to_travel="1.0" speed="0.1" time_allowance="0.5"', 0.6),
+            ('dist_to_travel="1.0" speed="-0.1"', 0.0),
+            ('dist_to_travel="3.0" speed="1.0"', 0.0),
+        ],
+    )
+    def test_a_drive_on_the_heading_fails_out_of_time_against_its_sign_and_before_a_wall(self, ports, fails_after):
+        params = plain_navigation(recoveries=True)
+        xml = xml_of(f"<Sequence><Inverter><DriveOnHeading {ports}/></Inverter>{PLAN}{FOLLOW}</Sequence>")
+        navigator = Navigator(PlainFollower(), params.replace(bt=params.bt.replace(xml=xml)), "plain")
+        start = Pose(4.0, 1.5, 0.0)
+        navigator.reset(context(OPEN, start, GOAL))
+        Drive(navigator, start).run(60)
+        assert fails_after <= replans(navigator)[0] <= fails_after + 0.15
+
+    def test_the_lyrical_drive_on_the_heading_has_the_limits_of_its_code(self):
+        params = plain_navigation(recoveries=True, release="lyrical")
+        drive = '<DriveOnHeading dist_to_travel="0.5" speed="0.4" time_allowance="5"/>'
+        xml = xml_of(f"<Sequence>{drive}{PLAN}{FOLLOW}</Sequence>")
+        navigator = Navigator(PlainFollower(), params.replace(bt=params.bt.replace(xml=xml)), "plain")
+        start = Pose(2.0, 1.5, 0.0)
+        navigator.reset(context(OPEN, start, GOAL))
+        commands = Drive(navigator, start).run(12).commands
+        assert commands[1].v == pytest.approx(0.25)
+        assert max(command.v for command in commands) == pytest.approx(0.4)
+
+    @pytest.mark.parametrize("kind", ["ClearCostmapAroundRobot", "ClearCostmapExceptRegion"])
+    def test_clears_of_a_square_count_as_recoveries(self, kind):
+        of = {"ClearCostmapAroundRobot": "around", "ClearCostmapExceptRegion": "except"}[kind]
+        clear = f'<{kind} service_name="local_costmap/clear_{of}_local_costmap" reset_distance="2"/>'
+        navigator = run_of(xml_of(f"<Sequence>{clear}{DRIVE}</Sequence>"), steps=3)
+        assert [event.kind for event in navigator.events] == ["clear_local", "replan"]
+
+    def test_a_robot_that_stops_at_once_is_stuck(self):
+        asks = f"<ReactiveSequence><Inverter><IsStuck/></Inverter>{FOLLOW}</ReactiveSequence>"
+        stops = PlainFollower(lambda now: Twist(0.0 if now > 1.0 else 0.6, 0.0))
+        navigator = run_of(xml_of(f"<Sequence>{PLAN}{asks}</Sequence>"), follower=stops, steps=60)
+        assert navigator.status == "failed"
+        brakes = PlainFollower(lambda now: Twist(max(0.0, 0.4 - 0.4 * max(0.0, now - 1.0)), 0.0))
+        assert run_of(xml_of(f"<Sequence>{PLAN}{asks}</Sequence>"), follower=brakes, steps=60).status == "running"
+
+    def test_a_timeout_gives_up_a_path(self):
+        tree = xml_of(f'<Sequence>{PLAN}<Timeout msec="1000">{FOLLOW}</Timeout></Sequence>')
+        navigator = run_of(tree, "jazzy", latency="nav2", steps=100)
+        assert navigator.status == "failed"
+        assert len(navigator.follower.calls("compute")) in (20, 21)
+
+    def test_a_number_that_the_tree_sets_counts(self):
+        wait = '<SetBlackboard value="0.5" output_key="pause"/><Wait wait_duration="{pause}"/>'
+        navigator = run_of(xml_of(f"<Sequence>{wait}{DRIVE}</Sequence>"), "jazzy", steps=30)
+        assert 0.5 <= replans(navigator)[0] <= 0.65
+
+    def test_a_robot_may_wait_and_plan_at_once(self):
+        both = f'<Parallel success_count="-1" failure_count="1"><Wait wait_duration="1"/>{PLAN}</Parallel>'
+        navigator = run_of(xml_of(f"<Sequence>{both}{FOLLOW}</Sequence>"), "jazzy", latency="nav2")
+        assert navigator.status == "succeeded"
+        assert replans(navigator)[0] < 0.1
+        assert navigator.follower.calls("compute")[0][1] >= 1.0
+
     def test_recoveries_have_the_numbers_of_the_tree(self):
         tree = xml_of(
             f'<RecoveryNode number_of_retries="2"><Sequence>{PLAN}{FOLLOW}</Sequence>'
@@ -254,6 +338,13 @@ class TestDecorators:
         assert child.ticks == 2
         trigger.stop()
         assert trigger.execute_tick() is S
+
+    def test_a_goal_that_never_changes_is_new_once(self):
+        child = Scripted(R, S)
+        controller = GoalUpdatedController(child)
+        assert (ticks(controller, 4), child.ticks) == ([R, S, R, R], 2)
+        controller.stop()
+        assert (controller.execute_tick(), child.ticks) == (S, 3)
 
     def test_distance_is_measured_from_the_last_success(self):
         robot, child = Robot(), Scripted(S)
@@ -318,6 +409,79 @@ class TestConditions:
         assert ticks(SequenceWithMemory(first, second), 2) == [F, S]
         assert first.ticks == 1
         assert ticks(Sequence(Scripted(S), Scripted(F, S)), 2) == [F, S]
+
+
+def straight(length: float, poses: int, yaw: float = 0.0) -> np.ndarray:
+    """A path along x that ends at 5 m."""
+    path = np.column_stack([np.linspace(5.0 - length, 5.0, poses), np.zeros(poses), np.zeros(poses)])
+    path[-1, 2] = yaw
+    return path
+
+
+class TestPathLongerOnApproach:
+    def ticks(self, *paths: np.ndarray, child: Node) -> list[Status]:
+        """Tick with one path after the other."""
+        newest: list[np.ndarray] = []
+        node = PathLongerOnApproach(child, lambda: newest[-1], 3.0, 2.0)
+        return [node.execute_tick() for path in paths if not newest.append(path)]
+
+    @pytest.mark.parametrize(
+        ("old", "new", "ticked"),
+        [
+            (straight(2.9, 30), straight(5.9, 60), 1),
+            (straight(2.9, 30), straight(5.7, 60), 0),
+            (straight(3.1, 30), straight(9.0, 90), 0),
+            (straight(2.9, 30), straight(9.0, 30), 0),
+            (straight(2.9, 30), straight(9.0, 90, yaw=1.0), 0),
+            (np.empty((0, 3)), straight(9.0, 90), 0),
+            (straight(2.9, 30), np.empty((0, 3)), 0),
+        ],
+    )
+    def test_the_child_is_ticked_at_a_long_path_to_the_same_goal_after_a_short_one(self, old, new, ticked):
+        child = Scripted(F)
+        assert self.ticks(old, old, new, child=child) == [S, S, F if ticked else S]
+        assert child.ticks == ticked
+
+    def test_a_running_child_is_ticked_until_it_ends_and_once_for_each_long_path(self):
+        child, short, long = Scripted(R, R, S, F), straight(1.0, 10), straight(4.0, 40)
+        assert self.ticks(short, long, long, long, long, short, long, child=child) == [S, R, R, S, S, S, F]
+        assert child.ticks == 4
+
+    def test_a_path_that_is_short_again_leaves_the_child_alone(self):
+        child, short, long = Scripted(R), straight(1.0, 10), straight(4.0, 40)
+        assert self.ticks(short, long, straight(0.9, 9), long, child=child) == [S, R, S, R]
+        assert (child.starts, child.halts) == (1, 0)
+
+    def test_a_halt_halts_the_child_and_keeps_the_path_before(self):
+        child, paths = Scripted(R), [straight(1.0, 10)]
+        node = PathLongerOnApproach(child, lambda: paths[-1], 3.0, 2.0)
+        node.execute_tick()
+        paths.append(straight(4.0, 40))
+        node.execute_tick()
+        node.stop()
+        assert child.halts == 1
+        assert node.execute_tick() is R
+
+
+class TestTruncatePath:
+    def cut(self, path: np.ndarray, distance: float) -> np.ndarray:
+        written: list[np.ndarray] = []
+        node = TruncatePath(lambda: path, written.append, distance)
+        assert ticks(node, 2) == [S, S]
+        (cut,) = written
+        return cut
+
+    @pytest.mark.parametrize(("distance", "poses"), [(1.0, 18), (0.9, 18), (0.0, 20), (100.0, 2)])
+    def test_poses_near_the_end_are_left_out(self, distance, poses):
+        assert len(self.cut(STRAIGHT, distance)) == poses
+
+    def test_the_last_pose_looks_at_the_end(self):
+        path = np.array([[0.0, 0.0, 0.0], [1.0, 0.0, 0.0], [1.0, 1.0, 0.0], [1.0, 2.0, 0.0]])
+        assert self.cut(path, 1.5)[-1].tolist() == [1.0, 0.0, np.pi / 2]
+        assert path[1, 2] == 0.0
+
+    def test_no_path_stays_none(self):
+        assert len(self.cut(np.empty((0, 3)), 1.0)) == 0
 
 
 class TestPathNodes:

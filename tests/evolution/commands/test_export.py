@@ -40,6 +40,18 @@ def test_a_bundle_is_of_the_release_whose_parameters_drive(tmp_path, preset):
     assert tree.find(".//FollowPath").get("controller_id") == "mppi"
 
 
+@pytest.mark.parametrize("preset", ["thesis", "lyrical"])
+def test_an_exported_file_names_the_first_controllers_tree_in_the_package(tmp_path, preset):
+    written = exported(tmp_path / "bundle", "--params", preset, "--controllers", "rpp,dwb")
+    named = written["bt_navigator"]["ros__parameters"]["default_nav_to_pose_bt_xml"]
+    package = ElementTree.parse(tmp_path / "bundle" / "package.xml").getroot().findtext("name")
+    assert named == f"$(find-pkg-share {package})/behavior_trees/rpp.xml"
+    read = read_nav2_params(tmp_path / "bundle" / "nav2_params.yaml")
+    assert read.navigation.bt.xml == (tmp_path / "bundle" / "behavior_trees" / "rpp.xml").read_text()
+    assert read.asked_for == "rpp"
+    assert read.named("left_out") == ()
+
+
 @pytest.mark.parametrize(("form", "name"), [("map_server", "office.yaml"), ("mapset", "maps.mapset.json")])
 def test_a_start_and_goal_of_the_command_line_are_written(tmp_path, form, name):
     argv = ["export", OFFICE, "--format", form, "--start", "0.8,2.2,0", "--goal", "2.5,2.2,0.1"]

@@ -5,13 +5,15 @@ from __future__ import annotations
 import pytest
 import yaml
 
-from controllers.nav2_params import load_preset, parse_nav2_params
+from controllers.nav2_params import load_preset, parse_nav2_params, read_nav2_params
+from controllers.tree_xml import read_tree
 from evolution.cli import main
 from evolution.commands import COMMON, driving_options, options
 from evolution.commands.parameter_file import add_reading_options, shared_defines
 from evolution.driving import DriveSettings
 from gym_mapbench.errors import ConfigError
 from gym_mapbench.planners import PLANNERS
+from tests.controllers.trees import FOLLOW, PLAN, xml_of
 from tests.evolution.commands.test_cli import OFFICE
 
 HUMBLE = """
@@ -296,3 +298,30 @@ def test_a_planner_of_the_command_line_is_of_the_parameters_release(preset):
         assert planner.name == name
         assert planner.params.get("release", own.release) == own.release
         assert planner.costmap_update_timeout == own.planner.costmap_update_timeout
+
+
+@pytest.mark.parametrize("named", ["trees/mine.xml", "$(find-pkg-share mine)/trees/mine.xml"])
+def test_convert_brings_the_tree_that_the_new_folder_lacks(tmp_path, capsys, named):
+    tree, included = (
+        xml_of('<SubTree ID="Inside" _autoremap="true"/>'),
+        f'<BehaviorTree ID="Inside"><Sequence>{PLAN}{FOLLOW}</Sequence></BehaviorTree>',
+    )
+    files = {
+        "mine.yaml": f"bt_navigator: {{ros__parameters: {{default_nav_to_pose_bt_xml: {named}}}}}\n",
+        "trees/mine.xml": tree.replace("<BehaviorTree", '<include path="inside.xml"/><BehaviorTree', 1),
+        "trees/inside.xml": f"<root>{included}</root>",
+    }
+    for name, text in files.items():
+        (tmp_path / "from" / name).parent.mkdir(parents=True, exist_ok=True)
+        (tmp_path / "from" / name).write_text(text)
+    (tmp_path / "to").mkdir()
+    for out in ("from/jazzy.yaml", "to/jazzy.yaml"):
+        argv = ["convert", str(tmp_path / "from" / "mine.yaml"), "--to", "jazzy", "--nav2", "humble", "--out"]
+        assert main(["params", *argv, str(tmp_path / out)]) == 0
+        read = read_nav2_params(tmp_path / out, release="jazzy")
+        assert [node.name for node in read_tree(read.navigation.bt.xml, "jazzy").walk()][1:] == [
+            "ComputePathToPose",
+            "FollowPath",
+        ]
+    assert "mine.xml: the behaviour tree of" in capsys.readouterr().err
+    assert sorted(path.name for path in tmp_path.glob("*/*.xml")) == ["mine.xml"]
