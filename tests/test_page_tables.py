@@ -34,6 +34,8 @@ PRESENT = {
     "random sampling of these | 16": "random_without_families",
     "offspring, Nav2 Jazzy": "ours_jazzy",
     "random sampling, Nav2 Jazzy": "random_jazzy",
+    "offspring, fitness `roles`": "ours_roles",
+    "random sampling, fitness `roles`": "random_roles",
     "offspring, parameters of the thesis": "ours_thesis",
     "random sampling, parameters of the thesis": "random_thesis",
     "offspring, `ppo.zip`": "ours_policy",
