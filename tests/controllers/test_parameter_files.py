@@ -1226,3 +1226,12 @@ def test_a_wildcard_for_a_costmap_and_the_costmap_itself_are_one_section():
     read = parse_nav2_params(document)
     assert (read.navigation.local_costmap.width, read.navigation.local_costmap.height) == (5, 6)
     assert not read.findings
+
+
+def test_a_controller_for_every_node_is_not_converted(write):
+    """Its parameters would stay those of the older release without a word."""
+    path = write(yaml.safe_dump({"/**": node(FollowPath=RPP), "controller_server": node()}))
+    with pytest.raises(
+        ConfigError, match=r"/\*\*\.FollowPath: expected under controller_server, got a section for several"
+    ):
+        migrate_file(path, "lyrical")
