@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections import Counter
 from collections.abc import Iterator, Mapping
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from pathlib import Path
 
 import yaml
@@ -38,6 +38,11 @@ class Document:
         while name and name not in self.lines:
             name = name.rpartition(".")[0]
         return self.lines.get(name)
+
+    def with_lines(self, origins: Mapping[str, str]) -> Document:
+        """Return the document with the lines of further names, each that of another name in the file."""
+        lines = {name: self.lines[origin] for name, origin in origins.items() if origin in self.lines}
+        return replace(self, lines={**self.lines, **lines})
 
     def located(self, message: str) -> str:
         """Put the line number in front of a message that begins with the full name of a key or of a group around it."""

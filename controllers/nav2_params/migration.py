@@ -81,8 +81,8 @@ def migrate_file(path: str | Path, target: Release, source: Release | None = Non
             Jazzy's and has a key of Kilted's publishes TwistStamped by default.
 
     Raises:
-        ConfigError: If the file cannot be read, is not a parameter file, mixes the distributions, or does not say which
-            of several progress checkers is the one for Humble.
+        ConfigError: If the file cannot be read, is not a parameter file, mixes the distributions, has a controller in a
+            section for several nodes, or does not say which of several progress checkers is the one for Humble.
     """
     text = read_document_text(path)
     values, root = parse_yaml(text, path)
@@ -139,7 +139,10 @@ def _migrate_node(
         work.edits.rename(key, OLD_NODES[node])
         work.say(full, key.start_mark.line + 1, f"renamed to {OLD_NODES[node]}")
         _rename_behaviors(work, full, group)
-    controllers = controllers_in(full, group) if node == "controller_server" else {}
+    controllers = controllers_in(full, group) if node == "controller_server" or "*" in full else {}
+    if "*" in full and controllers:
+        where = "a section for several nodes, whose controllers are not converted"
+        raise ConfigError(f"{full}.{next(iter(controllers))}: expected under controller_server, got {where}")
     for entry in entries(group):
         _migrate_entry(work, full, node, entry)
     if node == MONITOR:

@@ -23,7 +23,7 @@ SECTIONS = (
     "velocity_smoother",
     "collision_monitor",
 )
-FOR_EVERY_NODE = "parameters for every node are not read; write them under the nodes that they are for"
+FOR_NO_NODE = "no section that is read has such a name; write the parameters under the nodes that they are for"
 MISSPELT_NODE = 0.85
 """Similarity from which on an unknown node is probably a misspelt one that is read."""
 
@@ -58,12 +58,17 @@ class Node(NamedTuple):
     def is_in_place(self) -> bool:
         """Whether ROS gives the parameters to the node; that of a costmap is in a namespace of its own name."""
         names = [name for key in self.path for name in key.split("/") if name]
-        return self.name not in COSTMAPS or names[-2:] == [self.name] * 2 or any("*" in name for name in names)
+        return self.name not in COSTMAPS or names[-2:] == [self.name] * 2 or self.is_wild
 
     @property
-    def rank(self) -> tuple[bool, bool, int]:
+    def is_wild(self) -> bool:
+        """Whether the section is for several nodes."""
+        return any("*" in key for key in self.path)
+
+    @property
+    def rank(self) -> tuple[bool, bool, bool, int]:
         """Order among nodes of one section: today's name first, a costmap in its own namespace, then few namespaces."""
-        return self.group is None, self.name in OLD_NODES or not self.is_in_place, len(self.path)
+        return self.group is None, self.name in OLD_NODES or not self.is_in_place, self.is_wild, len(self.path)
 
 
 def all_nodes(document: object) -> list[Node]:
@@ -147,7 +152,7 @@ def _leave(node: Node, findings: Findings, missing: set[str]) -> None:
     if known or _serves_ros(node.group):
         findings.add("ros_only", node.full)
     else:
-        findings.add("left_out", node.full, FOR_EVERY_NODE if "*" in node.name else "")
+        findings.add("left_out", node.full, FOR_NO_NODE if "*" in node.name else "")
 
 
 def _leave_second(node: Node, other: Node, findings: Findings) -> None:

@@ -29,6 +29,7 @@ from controllers.nav2_params.recognition import Recognition, recognise
 from controllers.nav2_params.smoothers_section import read_smoothers
 from controllers.nav2_params.tree_file import NAVIGATOR, take_tree
 from controllers.nav2_params.tree_ids import PLANNER, TreeIds
+from controllers.nav2_params.wildcards import share
 from controllers.releases import Release
 from controllers.tree_xml import asked_behaviors
 from gym_mapbench.errors import ConfigError, nearest_name
@@ -119,16 +120,18 @@ def parse_nav2_params(
     findings = Findings(recognition.release)
     for name in given.repeated:
         findings.add("repeated", name)
-    sections = find_sections(nodes, findings)
+    shared = share(nodes)
+    sections = find_sections(shared.nodes, findings)
     _tell_empty_lists(sections)
-    servers = FilterServers(nodes, given.folder, findings)
+    servers = FilterServers(shared.nodes, given.folder, findings)
     found, controllers = _read_sections(sections, servers)
     navigation, defaulted = _complete(found, controllers, preset or NavigationParams(release=recognition.release))
+    told = shared.told(findings.found, [section.name for section in sections.values()])
     left_out = [name for name in SECTIONS if name not in sections and name not in IN_NO_PRESET]
     return Nav2Params(
         navigation,
         recognition=recognition,
-        findings=tuple(dict.fromkeys(finding for finding in findings.found if finding.name not in servers.used)),
+        findings=tuple(dict.fromkeys(finding for finding in told if finding.name not in servers.used)),
         defaulted=(*(left_out if preset else ()), *defaulted),
         foreign=controllers.foreign,
         asked_for=controllers.asked_for,

@@ -6,11 +6,12 @@ from collections.abc import Mapping
 from dataclasses import replace
 from pathlib import Path
 
-from controllers.nav2_params.document import Document, read_document
+from controllers.nav2_params.document import Document, read_document, refuse_bomb
 from controllers.nav2_params.nodes import all_nodes
 from controllers.nav2_params.parsing import Nav2Params, parse_nav2_params
 from controllers.nav2_params.presets import PRESETS, load_preset
 from controllers.nav2_params.recognition import recognise
+from controllers.nav2_params.wildcards import share
 from controllers.releases import Release
 from gym_mapbench.errors import ConfigError
 
@@ -56,7 +57,10 @@ def read_nav2_params(
         document = read_document(path, defines)
         if folder is not None:
             document = replace(document, folder=Path(folder))
-        known = release or recognise(all_nodes(document.values)).release
+        refuse_bomb(document.values)
+        nodes = all_nodes(document.values)
+        document = document.with_lines(share(nodes).origins)
+        known = release or recognise(nodes).release
         read = parse_nav2_params(document, load_preset(preset or preset_of(known)), release)
         if not anyone or only is not None:
             read = _choose(read, only)

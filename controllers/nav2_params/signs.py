@@ -125,7 +125,7 @@ def signs_of(node: Node) -> Iterator[Sign]:
                 yield from (Sign(marks.strength, marks.releases, f"{node.full}{key}") for key in found)
     if node.name in CLASSES:
         yield from _class_signs(node.full, parameters)
-    if node.section == "controller_server":
+    if node.section == "controller_server" or "*" in node.name:
         for name, group in parameters.items():
             yield from _controller_signs(f"{node.full}.{name}", group)
 

@@ -12,21 +12,29 @@ from evolution.benchmark.paired import (
     measures_of,
     on_few_maps,
     place_of,
+    too_few_in_words,
     unit_of,
     units_in_words,
 )
 from evolution.files import Row, counted
 from evolution.statistics import LEVEL, p_in_words
 
-MOST_MAPS, MOST_KEYS = 3, 8
+MOST_MAPS, MOST_KEYS, MOST_LINES = 3, 8, 20
 NO_VALUE = "-"
 
 
 def verdict_of_comparison(comparison: ParameterComparison) -> list[str]:
     """Return the answer for each pair of sides, the maps with the largest differences, and the keys that differ."""
     found = _of_sweep(comparison) if comparison.against_first else [*verdict_of_pairs(comparison), *_maps(comparison)]
-    notes = [*few_maps_in_words(comparison.rows), *copies_in_words(comparison.rows)]
-    return [*found, *notes, *_keys(comparison.parameters), *_without_effect(comparison)]
+    compared = [(comparison.sides[pair["first"]], comparison.sides[pair["second"]]) for pair in comparison.pairs]
+    about = [*few_maps_in_words(comparison.rows), *too_few_in_words(compared)]
+    return [
+        *found,
+        *about,
+        *copies_in_words(comparison.rows),
+        *_keys(comparison.parameters),
+        *_without_effect(comparison),
+    ]
 
 
 def verdict_of_pairs(comparison: ParameterComparison) -> list[str]:
@@ -84,12 +92,15 @@ def _differ(pair: Row) -> bool:
 
 
 def differences_in_words(rows: Sequence[Row]) -> list[str]:
-    """Return a line for each key that differs, with the value of each configuration."""
-    return [f"{row['key']}: {', '.join(f'{name} {value or NO_VALUE}' for name, value in _values(row))}" for row in rows]
+    """Return a line for each of the first keys that differ, with the value of each configuration; count the others."""
+    more = len(rows) - MOST_LINES
+    left = [f"{counted(more, 'more key differs', 'more keys differ')}; the page of --html FILE has all."]
+    return [*map(_difference_in_words, rows[:MOST_LINES]), *(left if more > 0 else [])]
 
 
-def _values(row: Row) -> list[tuple[str, str]]:
-    return [(name, value) for name, value in row.items() if name != "key"]
+def _difference_in_words(row: Row) -> str:
+    values = [f"{name} {value or NO_VALUE}" for name, value in row.items() if name != "key"]
+    return f"{row['key']}: {', '.join(values)}"
 
 
 def _of_pair(comparison: ParameterComparison, pair: Row) -> list[str]:

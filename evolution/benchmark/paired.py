@@ -3,9 +3,10 @@
 The units of every test are maps, because runs on one map depend on each other. Tasks with the same walls are on one
 map, such as those of a ``.scen`` file. With fewer than five maps the units are tasks, and with fewer than five tasks
 runs; results are then about these maps only. Runs that are equal in every measure count once: without noise, repeats
-are copies of one run. Success: McNemar's exact test (McNemar 1947; a unit counts for the side that reaches the goal
-more often). Time: Wilcoxon's signed-rank test and a bootstrap interval of the ratio, over the pairs in which both sides
-reach the goal.
+are copies of one run. The mean of a map or task that is given with its interval is that of all its runs, since copies
+make no further units of them. Success: McNemar's exact test (McNemar 1947; a unit counts for the side that reaches the
+goal more often). Time: Wilcoxon's signed-rank test and a bootstrap interval of the ratio, over the pairs in which both
+sides reach the goal.
 """
 
 from __future__ import annotations
@@ -17,7 +18,7 @@ from statistics import fmean
 from typing import Literal, NamedTuple
 
 from evolution.files import Row, counted
-from evolution.statistics import FEWEST_FOR_INTERVAL, holm, mean_interval
+from evolution.statistics import FEWEST_FOR_INTERVAL, LEVEL, holm, mean_interval
 from gym_mapbench.world.scenario import Scenario
 
 WALLS = "walls"
@@ -27,6 +28,10 @@ NOT_MEASURED = frozenset({"configuration", "controller", "repeat", "seed", "cont
 COPIES = (
     "Copies of other runs, equal to them in every measure: {} of {}. They count once in intervals and tests; with "
     "--noise runs differ."
+)
+TOO_FEW = (
+    "No difference of times can be shown: Wilcoxon's test{} needs at least {} where both reach the goal and has at "
+    "most {}."
 )
 FEW_MAPS = "Intervals and tests count {}s and are about {} only, as there are fewer than five maps."
 
@@ -162,6 +167,29 @@ def few_maps_in_words(rows: Sequence[Row]) -> list[str]:
     """Return a sentence on what results on fewer than five maps are about; nothing for more maps, or no run."""
     unit = unit_of(map(place_of, rows))
     return [FEW_MAPS.format(unit, _these(rows))] if rows and unit != "map" else []
+
+
+def too_few_in_words(sides: Iterable[tuple[Sequence[Row], Sequence[Row]]]) -> list[str]:
+    """Return a sentence if no test of times can show a difference, whatever the times are; nothing otherwise.
+
+    The least p-value of Wilcoxon's test of n units is 2 ** (1 - n), and Holm multiplies it by the number of tests.
+
+    Args:
+        sides: The runs of both sides of each test; a test without a pair of runs at the goal does not count.
+    """
+    tests = [found for both in sides if (found := _timed(distinct_pairs(paired_rows(*both))))[0]]
+    if not tests:
+        return []
+    most, unit = max(tests)
+    fewest = math.floor(math.log2(len(tests) / LEVEL)) + 2
+    by_holm = f" with Holm's correction over {len(tests)} pairs" if len(tests) > 1 else ""
+    return [] if most >= fewest else [TOO_FEW.format(by_holm, units_in_words(fewest, unit), most)]
+
+
+def _timed(pairs: Sequence[tuple[Row, Row]]) -> tuple[int, Unit]:
+    """Return the number of units in which both sides reach the goal, and what the units are."""
+    unit = unit_of(place_of(a) for a, _ in pairs)
+    return len(groups_of([(place_of(a), 1.0) for a, b in pairs if _solved(a) and _solved(b)], unit)), unit
 
 
 def on_few_maps(rows: Sequence[Row]) -> str:

@@ -14,9 +14,9 @@ from evolution.benchmark.paired import (
     distinct_pairs,
     distinct_rows,
     groups_of,
-    means,
     paired_rows,
     place_of,
+    too_few_in_words,
     unit_of,
     wilcoxon,
 )
@@ -67,6 +67,12 @@ def pair_rows(rows: Sequence[Row], controllers: Sequence[str]) -> list[Row]:
     return [{**row, "p_time_holm": p} for row, p in zip(found, stepped, strict=True)]
 
 
+def too_few_runs(rows: Sequence[Row], controllers: Sequence[str]) -> list[str]:
+    """Return a sentence if no p-value of :func:`pair_rows` can show a difference of times; nothing otherwise."""
+    sides = [[row for row in rows if row["controller"] == name] for name in controllers]
+    return too_few_in_words(combinations(sides, 2))
+
+
 def _score(name: str, rows: Sequence[Row], metrics: Sequence[str]) -> Row:
     goals = [row for row in rows if row["outcome"] == "goal"]
     distinct, unit = distinct_rows(rows), unit_of(map(place_of, rows))
@@ -79,9 +85,9 @@ def _score(name: str, rows: Sequence[Row], metrics: Sequence[str]) -> Row:
     of_all = {metric: metric for metric in metrics if metric in OF_EVERY_RUN}
     of_goals = {metric: metric for metric in metrics if metric not in of_all}
     for chosen, columns in ((goals, OF_GOALS | of_goals), (rows, OF_ALL | of_all)):
+        counted = distinct_rows(chosen) if unit == "run" else chosen
         for column, field in columns.items():
-            values, once = (_values(some, field) for some in (chosen, distinct_rows(chosen)))
-            scored |= _mean(column, values, once, unit)
+            scored |= _mean(column, _values(chosen, field), groups_of(_values(counted, field), unit))
     return scored
 
 
@@ -99,14 +105,15 @@ def _pair(rows: Sequence[Row], first: str, second: str) -> Row:
     sides = ([row for row in rows if row["controller"] == name] for name in (first, second))
     pairs = paired_rows(*sides)
     once, unit = distinct_pairs(pairs), unit_of(place_of(a) for a, _ in pairs)
+    groups = groups_of(_faster(once if unit == "run" else pairs), unit)
     return {
         "first": first,
         "second": second,
         "pairs": len(pairs),
         **_gained(pairs, once, unit),
         "both": len(_faster(pairs)),
-        **_mean("faster s", _faster(pairs), _faster(once), unit),
-        "p_time": None if isnan(p_time := wilcoxon(means(_faster(once), unit))) else p_time,
+        **_mean("faster s", _faster(pairs), groups),
+        "p_time": None if isnan(p_time := wilcoxon([*map(fmean, groups)])) else p_time,
     }
 
 
@@ -130,7 +137,7 @@ def _faster(pairs: RowPairs) -> Values:
     return [(place_of(a), a["time_s"] - b["time_s"]) for a, b in pairs if a["outcome"] == b["outcome"] == "goal"]
 
 
-def _mean(name: str, values: Values, once: Values, unit: Unit) -> Row:
-    """Return the mean of values, and the ends of its interval from the values without copies; None for too few."""
-    low, high = (None if isnan(end) else end for end in mean_interval(groups_of(once, unit)))
+def _mean(name: str, values: Values, groups: Sequence[Sequence[float]]) -> Row:
+    """Return the mean of values, and the ends of its interval from their units; None for too few."""
+    low, high = (None if isnan(end) else end for end in mean_interval(groups))
     return {name: fmean(value for _, value in values) if values else None, f"{name} from": low, f"{name} to": high}

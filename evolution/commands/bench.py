@@ -22,6 +22,7 @@ from evolution.benchmark import (
     score_runs,
     table_of_pairs,
     table_of_scores,
+    too_few_runs,
 )
 from evolution.commands import driving_options, options
 from evolution.commands.compared_parameters import add_options, is_comparison, report_broken, run_comparison
@@ -168,7 +169,8 @@ def print_benchmark(result: Benchmark, form: str, notes: Sequence[str] = ()) -> 
     if len({row["map"] for row in result.rows}) > 1:
         print_table(table_of_scores(result.table("controllers")))
         print_table(table_of_pairs(result.table("pairs")))
-        notes = [*few_maps_in_words(result.rows), *notes]
+        controllers = [row["controller"] for row in result.table("controllers")]
+        notes = [*few_maps_in_words(result.rows), *too_few_runs(result.rows, controllers), *notes]
     for line in [*result.failures, *copies_in_words(result.rows), *notes]:
         console.print(line)
 

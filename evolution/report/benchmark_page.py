@@ -19,6 +19,7 @@ from evolution.benchmark import (
     score_rows,
     table_of_pairs,
     table_of_scores,
+    too_few_runs,
 )
 from evolution.driving import JobPlan, drive
 from evolution.files import Row, Table, counted, write_text
@@ -36,11 +37,12 @@ MOST_REPLAYS = 24
 
 INTERVALS = (
     "Intervals are 95 % intervals: Wilson intervals for shares of runs, Newcombe intervals for differences of shares, "
-    "bootstrap intervals for means and differences of times. P-values of times are those of Wilcoxon's signed-rank "
-    "test, corrected by Holm over all pairs of controllers. The units are maps if the benchmark has "
+    "bootstrap intervals for means, and for differences and ratios of times. P-values are corrected by Holm over all "
+    "compared pairs: those of times are Wilcoxon's (signed-rank test), those of success, which only a comparison of "
+    "parameter sets has, are McNemar's (exact test). The units are maps if the benchmark has "
     f"{FEWEST_FOR_INTERVAL} or more, else tasks if it has as many of them, else runs; fewer than {FEWEST_FOR_INTERVAL} "
     "units and equal values give no bootstrap interval. An interval of a share is the wider, the more the runs of one "
-    "unit are alike. Runs that are equal in every measure count once."
+    "unit are alike. Runs that are equal in every measure count once, except in the mean of a map or task."
 )
 REASONS = ("map", "controller", "repeat", "outcome", "reason")
 """Columns of the table of failed runs."""
@@ -99,7 +101,8 @@ def verdict_of_benchmark(rows: Sequence[Row], controllers: Sequence[str]) -> lis
     ordered = sorted(score_rows(rows, controllers), key=lambda row: (-row["success"], row["mean s"] or np.inf))
     pairs = pair_rows(rows, [row["controller"] for row in ordered])
     faster = [sentence for pair in pairs for sentence in _faster(pair, len(pairs))]
-    return [_sentence(row) for row in ordered] + faster + few_maps_in_words(rows) + copies_in_words(rows)
+    about = few_maps_in_words(rows) + too_few_runs(rows, controllers)
+    return [_sentence(row) for row in ordered] + faster + about + copies_in_words(rows)
 
 
 def _sentence(row: Row) -> str:

@@ -36,6 +36,8 @@ from evolution.tuning import TUNING, load_tuning
 from gym_mapbench.errors import ConfigError, RunError, UntrustedError
 
 REPORT = "report.html"
+STANDARD_OUTPUT = "-"
+"""What many programs take for standard output."""
 
 
 def write_report(
@@ -89,8 +91,11 @@ def new_page(path: str | Path, own: Path | None = None) -> Path:
         own: The page that may be replaced.
 
     Raises:
-        ConfigError: If the file exists and is not ``own``, or its directory does not exist or cannot be written.
+        ConfigError: If the file exists and is not ``own``, its directory does not exist or cannot be written, or it is
+            ``-``.
     """
+    if str(path) == STANDARD_OUTPUT:
+        raise ConfigError(f"{path}: expected the name of a file; a page is not written to standard output")
     target = Path(path)
     if target.is_dir() or (target.exists() and (own is None or target.resolve() != own.resolve())):
         raise ConfigError(f"{target}: exists already; nothing is overwritten")

@@ -161,18 +161,20 @@ def test_plugins_that_nothing_asks_for_are_listed_apart():
 def test_what_may_change_how_the_real_robot_drives_is_listed_apart():
     document = sample(bt_navigator={"ros__parameters": {"default_nav_to_pose_bt_xml": "mine.xml"}})
     document["door_opener"] = {"ros__parameters": {"doors": ["north"]}}
-    document["/**"] = {"ros__parameters": {"use_sim_time": True, "controller_frequency": 5.0}}
+    document["/robot/**"] = {"ros__parameters": {"use_sim_time": True, "controller_frequency": 5.0}}
     assert names(document, "left_out") == {
         "door_opener",
-        "/**",
+        "/robot/**",
         "local_costmap.local_costmap.obstacles.camera",
         "local_costmap.local_costmap.obstacles.laser.max_obstacle_height",
         "bt_navigator.default_nav_to_pose_bt_xml",
     }
-    (every,) = (finding for finding in parse_nav2_params(document).findings if finding.name == "/**")
-    assert every.why == "parameters for every node are not read; write them under the nodes that they are for"
-    document["/**"] = {"ros__parameters": {"use_sim_time": True}}
-    assert "/**" in names(document, "ros_only")
+    (other,) = (finding for finding in parse_nav2_params(document).findings if finding.name == "/robot/**")
+    assert (
+        other.why == "no section that is read has such a name; write the parameters under the nodes that they are for"
+    )
+    document["/robot/**"] = {"ros__parameters": {"use_sim_time": True}}
+    assert "/robot/**" in names(document, "ros_only")
 
 
 def test_the_sections_of_a_second_robot_are_said_to_be_left_out():

@@ -1162,3 +1162,76 @@ def test_two_critics_of_one_class_are_refused():
     group = {**DWB, "critics": ["PathAlign", "Mine"], "Mine": {"class": "PathAlign"}}
     with pytest.raises(ConfigError, match=r"FollowPath\.critics: unknown critic 'Mine'"):
         parse_nav2_params(with_controller(group))
+
+
+def test_parameters_for_every_node_count_for_each_section_that_reads_them(write):
+    """They are no findings of the sections that do not read them, and a key that none reads is one finding."""
+    every = {
+        "use_sim_time": True,
+        "controller_frequency": 7.0,
+        "FollowPath": RPP,
+        "FollowPath.lookahed_dist": 1.0,
+        "x": 1,
+    }
+    document = {"/**": node(**every), "controller_server": node(controller_plugins=["FollowPath"])}
+    document |= {"planner_server": node(), "local_costmap": {"local_costmap": node(width=4)}}
+    read = parse_nav2_params(document)
+    assert read.own_controllers == ("FollowPath",)
+    assert read.navigation.controllers["FollowPath"].kind == "rpp"
+    assert read.navigation.controller_server.controller_frequency == 7.0
+    findings = {finding.name: (finding.kind, finding.why) for finding in read.findings}
+    assert findings == {
+        "/**.use_sim_time": ("ros_only", ""),
+        "/**.FollowPath.lookahed_dist": ("unknown", "did you mean 'lookahead_dist'?"),
+        "/**.x": ("unknown", ""),
+    }
+    wrong = write("/**: {ros__parameters: {controller_frequency: fast}}\ncontroller_server: {ros__parameters: {}}")
+    with pytest.raises(ConfigError, match=r"line 1: controller_server\.controller_frequency: "):
+        read_nav2_params(wrong)
+
+
+def test_of_a_section_and_a_wildcard_the_later_counts_as_in_ros():
+    own, every = {"controller_server": node(controller_frequency=5.0)}, {"/**": node(controller_frequency=7.0)}
+
+    def frequency(document):
+        return parse_nav2_params(document).navigation.controller_server.controller_frequency
+
+    assert (frequency(every | own), frequency(own | every)) == (5.0, 7.0)
+
+
+@pytest.mark.parametrize(
+    ("wild", "section", "counts"),
+    [
+        ("/**", "/robot_1/planner_server", True),
+        ("/robot_1/**", "/robot_1/planner_server", True),
+        ("/robot_1/*", "/robot_1/planner_server", True),
+        ("**/planner_server", "/robot_1/planner_server", True),
+        ("/*/planner_server", "planner_server", False),
+        ("/*", "/robot_1/planner_server", False),
+        ("/*", "planner_server", True),
+        ("/robot_2/**", "/robot_1/planner_server", False),
+        ("/plan*", "planner_server", False),
+    ],
+)
+def test_the_names_that_a_wildcard_matches(wild, section, counts):
+    read = parse_nav2_params(
+        {section: node(), wild: node(expected_planner_frequency=3.0, GridBased={"tolerance": 0.9})}
+    )
+    assert read.navigation.planner.params["tolerance"] == (0.9 if counts else 0.5)
+    assert (wild in {*read.named("left_out"), *read.named("unused")}) != counts
+
+
+def test_a_wildcard_for_a_costmap_and_the_costmap_itself_are_one_section():
+    document = {"/**/local_costmap": node(width=4, height=6), "local_costmap": {"local_costmap": node(width=5)}}
+    read = parse_nav2_params(document)
+    assert (read.navigation.local_costmap.width, read.navigation.local_costmap.height) == (5, 6)
+    assert not read.findings
+
+
+def test_a_controller_for_every_node_is_not_converted(write):
+    """Its parameters would stay those of the older release without a word."""
+    path = write(yaml.safe_dump({"/**": node(FollowPath=RPP), "controller_server": node()}))
+    with pytest.raises(
+        ConfigError, match=r"/\*\*\.FollowPath: expected under controller_server, got a section for several"
+    ):
+        migrate_file(path, "lyrical")

@@ -12,6 +12,7 @@ import pytest
 from evolution import compare, configuration_of, load
 from evolution.benchmark import (
     ParameterComparison,
+    differences_in_words,
     parameter_rows,
     read_sweep,
     sweep,
@@ -43,7 +44,7 @@ def by_hand(swept=False):
 
 
 def test_the_verdict_by_hand():
-    headline, success, time, maps, keys = verdict_of_comparison(by_hand())
+    headline, success, time, maps, why, keys = verdict_of_comparison(by_hand())
     assert headline == "b is better than a: b reaches the goal more often."
     assert success == (
         "b reaches the goal in 8 of 8 runs, a in 2 of 8. b is better on 6 of 8 maps, a on 0 (p = 0.031)."
@@ -52,7 +53,17 @@ def test_the_verdict_by_hand():
         "In the 2 pairs of runs in which both reach the goal, b takes 0.500 times as long as a (p = "
     )
     assert maps.startswith("The largest differences are on m0 (a 0/1, b 1/1 in 5.0 s);")
+    assert why == (
+        "No difference of times can be shown: Wilcoxon's test needs at least 6 maps where both reach the goal and has "
+        "at most 2."
+    )
     assert keys == "The configurations differ in 1 key: x.y."
+
+
+def test_only_the_first_of_many_keys_that_differ_have_lines():
+    rows = [{"key": f"x.{number}", "a": "1", "b": ""} for number in range(22)]
+    assert differences_in_words(rows[:20]) == [f"x.{number}: a 1, b -" for number in range(20)]
+    assert differences_in_words(rows)[19:] == ["x.19: a 1, b -", "2 more keys differ; the page of --html FILE has all."]
 
 
 def test_a_side_with_the_worse_ranks_and_the_better_mean_is_not_called_faster():
@@ -70,10 +81,11 @@ def test_a_side_with_the_worse_ranks_and_the_better_mean_is_not_called_faster():
 def test_tasks_on_one_map_are_not_maps():
     """Six tasks of one map are six tasks; tests say so, and for which maps they hold."""
     rows = tuple({**row, "walls": "hall"} for row in by_hand().rows)
-    headline, success, *_, few, _ = verdict_of_comparison(ParameterComparison(rows, ()))
+    headline, success, *_, few, why, _ = verdict_of_comparison(ParameterComparison(rows, ()))
     assert headline == "b is better than a on this map: b reaches the goal more often."
     assert "b is better on 6 of 8 tasks, a on 0" in success
     assert few == "Intervals and tests count tasks and are about this map only, as there are fewer than five maps."
+    assert "needs at least 6 tasks where both reach the goal and has at most 2." in why
 
 
 def test_equal_sides_are_not_told_apart():
@@ -342,7 +354,7 @@ def test_the_command_compares_and_fails_by_rule(tmp_path, capsys):
 
 
 def test_the_verdict_of_a_sweep_names_the_values_that_differ():
-    often, fast, shown, _ = verdict_of_comparison(by_hand(swept=True))
+    often, fast, shown, *_ = verdict_of_comparison(by_hand(swept=True))
     assert often == "b reaches the goal most often, in 8 of 8 runs."
     assert fast == "Where both reach the goal, b takes 0.500 times as long as a, the least of all values."
     assert shown == "b is better than a: b reaches the goal more often."
@@ -358,10 +370,10 @@ def test_the_verdict_of_a_sweep_names_the_values_that_differ():
 )
 def test_the_verdict_of_a_sweep_names_all_values_with_the_most_goals(goals, expected):
     rows = tuple(run(label, "m", "goal" if label in goals else "timeout", 5.0) for label in "abc")
-    often, *_, shown, few, _ = verdict_of_comparison(ParameterComparison(rows, (), against_first=True))
+    often, *others = verdict_of_comparison(ParameterComparison(rows, (), against_first=True))
     assert often == expected
-    assert shown == "No value is shown to differ from a."
-    assert few == "Intervals and tests count runs and are about this map only, as there are fewer than five maps."
+    assert "No value is shown to differ from a." in others
+    assert "Intervals and tests count runs and are about this map only, as there are fewer than five maps." in others
 
 
 def swept(times):

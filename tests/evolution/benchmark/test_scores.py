@@ -145,3 +145,23 @@ def test_tasks_with_the_same_walls_count_as_one_map():
     assert (score["success from"], score["success to"]) == pytest.approx(wilson_interval(4, 5))
     (apart,) = score_rows([{**row, "walls": row["map"]} for row in rows], ("a",))
     assert (apart["success from"], apart["success to"]) == pytest.approx(wilson_interval(24, 30))
+
+
+def test_a_mean_and_its_interval_weigh_maps_alike_where_some_have_copies():
+    """On a map without noise all repeats are copies, on a map with people they are not; each map still counts alike."""
+    first, second = (
+        [
+            {**row, "map": f"map_{number}", "repeat": repeat}
+            for number in range(7)
+            for repeat in range(10)
+            for row in runs(name, [20.0 if name == "a" else 14.0 + repeat if number == 6 else 22.0 + number])
+        ]
+        for name in "ab"
+    )
+    (pair,) = pair_rows(first + second, ("a", "b"))
+    assert pair["faster s from"] < pair["faster s"] < pair["faster s to"]
+    alike = [row for row in first + second if row["repeat"] in (4, 5)]
+    (few,) = pair_rows(alike, ("a", "b"))
+    assert few["faster s"] == pytest.approx(pair["faster s"])
+    assert few["faster s from"] == pytest.approx(pair["faster s from"])
+    assert few["faster s to"] == pytest.approx(pair["faster s to"])

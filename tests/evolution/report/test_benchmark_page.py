@@ -50,8 +50,25 @@ def test_of_three_controllers_the_p_values_are_corrected():
     fast = [10.0, 12.0, 11.0, 13.0, 14.0, 14.9]
     rows = [row for number in range(3) for row in runs(f"c{number}", [time * (1 + number / 9) for time in fast])]
     assert "p = 0.031)" in verdict_of_benchmark(rows, ("c0", "c1"))[-1]
-    *_, pair = verdict_of_benchmark(rows, ("c0", "c1", "c2"))
+    *_, pair, why = verdict_of_benchmark(rows, ("c0", "c1", "c2"))
     assert "p = 0.094 by Holm over 3 pairs, so neither is shown to be faster)" in pair
+    assert why == (
+        "No difference of times can be shown: Wilcoxon's test with Holm's correction over 3 pairs needs at least 7 "
+        "maps where both reach the goal and has at most 6."
+    )
+
+
+@pytest.mark.parametrize(("controllers", "fewest"), [(2, 6), (3, 7), (6, 10)])
+def test_too_few_maps_for_any_difference_are_said_with_how_many_are_needed(controllers, fewest):
+    """The fewest maps on which the least p-value, corrected, is below 0.05; on one map less no times would do."""
+    names = [f"c{number}" for number in range(controllers)]
+    for maps in (fewest - 1, fewest):
+        times = {
+            name: [(10 + map_ + map_**2 / 9) * 1.3**number for map_ in range(maps)] for number, name in enumerate(names)
+        }
+        verdict = verdict_of_benchmark([row for name in names for row in runs(name, times[name])], names)
+        assert any(f"needs at least {fewest} maps" in line for line in verdict) == (maps < fewest)
+        assert all("neither is shown" in line for line in verdict if " faster than " in line) == (maps < fewest)
 
 
 def test_no_difference_is_called_none():

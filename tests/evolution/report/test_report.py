@@ -251,6 +251,10 @@ def test_files_of_others_are_left_alone(study_path, tmp_path):
         write_report(tmp_path / "run", mine)
     with pytest.raises(ConfigError, match="exists already"):
         write_report(tmp_path / "run", tmp_path)
+    with pytest.raises(
+        ConfigError, match=r"^-: expected the name of a file; a page is not written to standard output$"
+    ):
+        write_report(tmp_path / "run", "-")
     assert mine.read_text() == "mine"
     (tmp_path / "run" / "report.html").write_text("the last one")
     assert write_report(tmp_path / "run", tmp_path / "run" / "report.html").stat().st_size > 10_000

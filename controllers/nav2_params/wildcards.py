@@ -1,0 +1,128 @@
+"""Sections for several nodes, such as ``/**``: their parameters count for every node whose name matches.
+
+As in ROS since Humble, ``*`` stands for one part of a node's name and ``**`` for any number of parts, and of two values
+the later one in the file counts, whichever section is more specific (rclcpp, ``parameter_map_from``).
+"""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Iterable, Mapping
+from dataclasses import replace
+from typing import Any, NamedTuple
+
+from controllers.nav2_params.document import PARAMETERS
+from controllers.nav2_params.nodes import COSTMAPS, SECTIONS, Node
+from gym_mapbench.errors import ConfigError
+from gym_mapbench.ros_params import Finding, Kind, leaves, nest_dotted, overlay
+
+UNREAD: tuple[Kind, ...] = ("unknown", "unused", "other_release", "ros_only", "detail")
+"""Kinds of findings about a parameter that a section does not read; another section may read it."""
+PATTERNS = {"*": r"/\w+", "**": r"(/\w+)*"}
+"""What a part of a section's name with a wildcard stands for."""
+
+
+class Shared(NamedTuple):
+    """The nodes of a file with the parameters of all sections that match their names.
+
+    Args:
+        nodes: The nodes; a section for several nodes is left only if it matches none that is read.
+        origins: Full name of each parameter of a node that has parameters of such a section -> its name in the file.
+    """
+
+    nodes: list[Node]
+    origins: dict[str, str]
+
+    def told(self, found: Iterable[Finding], read: Iterable[str]) -> list[Finding]:
+        """Return findings under the names in the file, without those on parameters that another section reads.
+
+        Args:
+            found: The findings.
+            read: Full names of the sections that are read.
+        """
+        prefixes = tuple(f"{name}." for name in read)
+        origins = {name: origin for name, origin in self.origins.items() if name.startswith(prefixes)}
+        covered = [(finding, _covered(finding.name, origins)) for finding in found]
+        unread = {name for finding, names in covered if finding.kind in UNREAD for name in names}
+        taken = {origin for name, origin in origins.items() if name not in unread}
+        told: dict[tuple[str, bool], Finding] = {}
+        for number, (finding, names) in enumerate(covered):
+            name = _name_in_file(finding.name, names, origins)
+            if name == finding.name:
+                told[str(number), False] = finding
+            elif finding.kind not in UNREAD or not any(origins[one] in taken for one in names):
+                key, named = (name, finding.kind in UNREAD), replace(finding, name=name)
+                told[key] = min(told.get(key, named), named, key=_vagueness)
+        return list(told.values())
+
+
+def share(nodes: list[Node]) -> Shared:
+    """Give the parameters of sections for several nodes to the nodes that are read.
+
+    Raises:
+        ConfigError: If such a section, or a node that it matches, gives a parameter twice.
+    """
+    wild = [node for node in nodes if node.is_wild and node.group is not None]
+    own = [node for node in nodes if node.section in SECTIONS and node.group is not None and node not in wild]
+    for node in wild:
+        if node.section in SECTIONS and not any(
+            _matches(node, other) for other in own if other.section == node.section
+        ):
+            own.append(node)
+    origins: dict[str, str] = {}
+    given = {node.path: _with_shared(node, nodes, wild, origins) for node in own}
+    spent = [node.path for node in wild if node not in own and any(_matches(node, other) for other in own)]
+    return Shared([given.get(node.path, node) for node in nodes if node.path not in spent], origins)
+
+
+def _with_shared(node: Node, nodes: list[Node], wild: list[Node], origins: dict[str, str]) -> Node:
+    """Return a node with the parameters of all sections that match it, and note where each of them is."""
+    giving = [other for other in nodes if other is node or (other in wild and _matches(other, node))]
+    if len(giving) == 1 or node.group is None:
+        return node
+    values: dict[str, Any] = {}
+    for other in giving:
+        parameters = _parameters(other)
+        values = overlay(values, parameters)
+        origins |= {f"{node.full}.{key}": f"{other.full}.{key}" for key, _ in leaves(parameters)}
+    return node._replace(group={**node.group, PARAMETERS: values})
+
+
+def _parameters(node: Node) -> dict[str, Any]:
+    """Return the parameters of a node, nested."""
+    values = None if node.group is None else node.group[PARAMETERS]
+    if values is not None and not isinstance(values, Mapping):
+        raise ConfigError(f"{node.full}: expected a group of parameters, got {type(values).__name__}")
+    try:
+        return nest_dotted(values or {})
+    except ConfigError as error:
+        raise ConfigError(f"{node.full}.{error}") from None
+
+
+def _parts(node: Node) -> list[str]:
+    return [part for key in node.path for part in key.split("/") if part]
+
+
+def _matches(wild: Node, node: Node) -> bool:
+    """Whether a section is for a node; one for any node of a name stands for the node without a namespace."""
+    names = [part for part in _parts(node) if "*" not in part]
+    if node.section in COSTMAPS and names[-2:] != [node.name] * 2:
+        names.append(node.name)
+    pattern = "".join(PATTERNS.get(part, re.escape(f"/{part}")) for part in _parts(wild))
+    return re.fullmatch(pattern, "".join(f"/{name}" for name in names)) is not None
+
+
+def _covered(name: str, origins: Mapping[str, str]) -> list[str]:
+    """Return the parameters that a finding is about: one, or all of a group."""
+    return [one for one in origins if one == name or one.startswith(f"{name}.")]
+
+
+def _name_in_file(name: str, covered: Iterable[str], origins: Mapping[str, str]) -> str:
+    """Return the name that a parameter or group has in the file; its own if the section itself gives a part of it."""
+    names = {origins[one].removesuffix(one[len(name) :]) for one in covered}
+    return name if not names or name in names else min(names)
+
+
+def _vagueness(finding: Finding) -> tuple[bool, bool]:
+    """Order findings of several sections on one parameter: known elsewhere before unknown, with a reason first."""
+    return finding.kind in ("unknown", "unused"), not finding.why
