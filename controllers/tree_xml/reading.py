@@ -9,7 +9,7 @@ from xml.etree.ElementTree import Element
 
 from controllers.releases import RELEASES, Release
 from controllers.tree_xml.checks import COSTMAPS, check_values, check_variables
-from controllers.tree_xml.includes import parse_xml
+from controllers.tree_xml.includes import DEEPEST, parse_xml
 from controllers.tree_xml.nodes import (
     BEHAVIOR_NODES,
     CANCELS,
@@ -32,8 +32,8 @@ SUBTREES = ("SubTree", "SubTreePlus")
 SMOOTH = "SmoothPath"
 SMOOTHER = "smoother_id"
 """The port with which each leaf may name another smoother; the other ports name one plugin in the whole tree."""
-DEEPEST, MOST_NODES = 100, 10_000
-"""Largest depth and largest number of nodes of a tree, with those of its subtrees at each place."""
+MOST_NODES = 10_000
+"""Largest number of nodes of a tree, with those of its subtrees at each place; its depth is counted like that, too."""
 
 
 @lru_cache(maxsize=64)
