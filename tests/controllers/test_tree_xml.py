@@ -203,6 +203,21 @@ def test_selectors_name_the_plugins_of_variables():
             "humble",
             "RateController.hz: expected a finite number, got nan",
         ),
+        (
+            xml_of(f"<Fallback>{DRIVE.replace('GridBased', '{chosen}')}{SET.format('Smac', 'chosen')}</Fallback>"),
+            "jazzy",
+            "ComputePathToPose.planner_id: expected a name that does not change, got {chosen}",
+        ),
+        (
+            xml_of(f'<Sequence><ProgressCheckerSelector selected_progress_checker="{{a}}"/>{DRIVE}</Sequence>'),
+            "humble",
+            "unknown node 'ProgressCheckerSelector'",
+        ),
+        (
+            xml_of(f'<Sequence><PathHandlerSelector selected_path_handler="{{a}}"/>{DRIVE}</Sequence>'),
+            "jazzy",
+            "unknown node 'PathHandlerSelector'",
+        ),
         (subtrees(40), "humble", "at most 10000 nodes, 100 deep"),
         (xml_of(f"<RetryUntilSuccessful>{DRIVE}</RetryUntilSuccessful>"), "humble", "or -1 for no end, got none"),
         (xml_of(f'<Repeat num_cycles="0">{DRIVE}</Repeat>'), "humble", "whole number above 0, or -1 for no end, got 0"),
