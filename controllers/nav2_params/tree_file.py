@@ -6,6 +6,7 @@ import re
 from collections.abc import Mapping
 from dataclasses import dataclass
 from functools import partial
+from os.path import isfile
 from pathlib import Path
 
 from controllers.tree_xml import TreeNode, plugin_names, read_text, read_tree
@@ -106,7 +107,7 @@ def find_tree(named: str, folder: Path, by: str = "the parameter file") -> Path:
     inside = PACKAGE.sub("", named, count=1)
     folders = [folder, *folder.resolve().parents[:PARENTS]] if inside != named else [folder]
     candidates = [*(one / inside for one in folders), folder / Path(named).name]
-    found = next((one for one in candidates if one.is_file()), None)
+    found = next((one for one in candidates if isfile(one)), None)
     if found is None:
         raise ConfigError(f"expected the file {inside} in the package or beside {by}")
     return found

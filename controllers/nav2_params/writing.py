@@ -9,11 +9,13 @@ from controllers.behaviors import DRIVE_ON_HEADING, default_limits
 from controllers.checkers import GOAL_CHECKERS, PROGRESS_CHECKERS, ProgressChecker
 from controllers.collision_monitor import CollisionMonitor
 from controllers.nav2_params.filters_writing import filter_groups, filter_nodes
+from controllers.nav2_params.migration_rules import CODES, ENDING, PREFIXES
 from controllers.nav2_params.monitor_section import write_monitor
 from controllers.nav2_params.navigation import BehaviorServer, ControllerServer, NavigationParams, PlannerPlugin
 from controllers.nav2_params.plugins import BEHAVIORS, CONTROLLERS, COSTMAP_LAYERS, DRIVES, PLANNERS, SMOOTHERS
 from controllers.path_handler import PATH_HANDLER_ID, PATH_HANDLERS
 from controllers.releases import Release
+from controllers.tree_xml import read_tree, written_codes
 from gym_mapbench.costmap import FILTERS, CostmapParams
 from gym_mapbench.errors import ConfigError
 from gym_mapbench.ros_params import leaves, overlay
@@ -40,12 +42,8 @@ BEHAVIOR_FRAMES: Mapping[Release, Mapping[str, str]] = {
     "lyrical": _FRAMES_SINCE_JAZZY,
 }
 """Release -> topics and frames of its behaviour server."""
-ERROR_CODES: Mapping[Release, Mapping[str, Any]] = {
-    "humble": {},
-    "jazzy": {"error_code_names": ["compute_path_error_code", "follow_path_error_code"]},
-    "lyrical": {"error_code_name_prefixes": ["compute_path", "follow_path"]},
-}
-"""Release -> the error codes that its trees report."""
+ERROR_CODES = ["compute_path_error_code", "follow_path_error_code"]
+"""Variables in which Nav2's default tree puts its error codes, since Jazzy."""
 COSTMAP_TIMEOUT = "costmap_update_timeout"
 UNSTAMPED = ("controller_server", "behavior_server", "velocity_smoother", "collision_monitor")
 """Nodes that publish Twist in Jazzy, but TwistStamped since Kilted unless they are told otherwise."""
@@ -252,8 +250,18 @@ def _bt_navigator(navigation: NavigationParams) -> dict[str, Any]:
         "global_frame": "map",
         "robot_base_frame": BASE_FRAME,
         "odom_topic": "/odom",
-        **ERROR_CODES[navigation.release],
+        **_error_codes(navigation),
     }
+
+
+def _error_codes(navigation: NavigationParams) -> dict[str, list[str]]:
+    """Return the error codes of the tree that the navigator reports; Lyrical knows only names with an ending."""
+    own = written_codes(read_tree(navigation.bt.xml, navigation.release)) if navigation.bt.xml else []
+    names = own or ERROR_CODES
+    if navigation.release == "lyrical":
+        prefixes = [name.removesuffix(ENDING) for name in names if name.endswith(ENDING)]
+        return {PREFIXES: prefixes} if prefixes else {}
+    return {} if navigation.release == "humble" else {CODES: list(names)}
 
 
 def _costmap(params: CostmapParams, name: str, robot: RobotSpec | None) -> dict[str, Any]:

@@ -108,7 +108,6 @@ class Blackboard:
         has_planned: Whether there was a path at any time.
         failure: Kind and reason of the last failure of the planner, the smoother or the controller.
         codes: Jazzy's error codes of the last plan, smoothing and path followed, by the names of their variables.
-        values: Other results of leaves by the names of their variables.
         events: What happened so far, in order.
     """
 
@@ -119,7 +118,6 @@ class Blackboard:
     has_planned: bool = False
     failure: tuple[RunOutcome, str] = ("controller_failure", "")
     codes: dict[str, int] = field(default_factory=dict)
-    values: dict[str, float | bool] = field(default_factory=dict)
     events: list[Event] = field(default_factory=list)
 
     @property

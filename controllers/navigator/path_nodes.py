@@ -44,7 +44,7 @@ class TruncatePathLocal(Question):
 
     Args:
         path: Returns the path.
-        write: Takes the part; it is the same object as long as it is the same part of the same path.
+        write: Takes the part at each tick; it is the same object as long as it is the same part of the same path.
         forward: Length of path after the nearest pose, m.
         backward: Length of path before the nearest pose, m.
         nearest: Finds the nearest pose.
@@ -61,6 +61,7 @@ class TruncatePathLocal(Question):
         self._path, self._write, self._nearest = path, write, nearest
         self._forward, self._backward = forward, backward
         self._cut: tuple[Any, int, int] = (None, 0, 0)
+        self._part: Any = None
 
     def tick(self) -> Status:
         """Cut the path."""
@@ -74,8 +75,8 @@ class TruncatePathLocal(Question):
         begin, end = index + 1 - count_within(behind, self._backward), index + count_within(ahead, self._forward)
         source, *bounds = self._cut
         if source is not path or bounds != [begin, end]:
-            self._cut = path, begin, end
-            self._write(path[begin:end])
+            self._cut, self._part = (path, begin, end), path[begin:end]
+        self._write(self._part)
         return Status.SUCCESS
 
 
@@ -84,20 +85,21 @@ class TruncatePath(Question):
 
     Args:
         path: Returns the path.
-        write: Takes the path without its end; it is the same object as long as the path is.
+        write: Takes the path without its end at each tick; it is the same object as long as the path is.
         distance: Straight distance from the end up to which poses are left out, m; two poses always remain.
     """
 
     def __init__(self, path: Callable[[], Any], write: Callable[[Any], None], distance: float) -> None:
         self._path, self._write, self._distance = path, write, distance
         self._source: Any = None
+        self._rest: Any = None
 
     def tick(self) -> Status:
         """Cut the path."""
         path = self._path()
         if path is not self._source:
-            self._source = path
-            self._write(self._cut(path) if len(path) else path)
+            self._source, self._rest = path, self._cut(path) if len(path) else path
+        self._write(self._rest)
         return Status.SUCCESS
 
     def _cut(self, path: NDArray[np.float64]) -> NDArray[np.float64]:

@@ -37,18 +37,6 @@ class SmoothGoal(NamedTuple):
     check_for_collisions: bool = False
 
 
-class SmoothPathResult(NamedTuple):
-    """What became of a path: the action's result.
-
-    Args:
-        smoothed: The path, and whether the smoother came to its end.
-        smoothing_duration: Seconds that it took.
-    """
-
-    smoothed: Smoothed
-    smoothing_duration: float
-
-
 class SmootherServer(Computing):
     """Smooths paths on the global costmap as it was last published.
 
@@ -106,8 +94,7 @@ class SmootherServer(Computing):
             if not is_collision_free(pose, costmap, self._footprint):
                 where = f"({pose.x:.3f}, {pose.y:.3f}, {pose.yaw:.3f})"
                 return _failed(error_codes.SMOOTHED_PATH_IN_COLLISION, f"the smoothed path collides at {where}")
-        made = SmoothPathResult(smoothed._replace(path=path), self._seconds)
-        return Outcome(Result.SUCCEEDED, value=made)
+        return Outcome(Result.SUCCEEDED, value=smoothed._replace(path=path))
 
 
 def _failed(code: int, reason: str) -> Outcome:

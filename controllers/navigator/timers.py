@@ -1,7 +1,7 @@
 """Decorators that measure time: Timeout and Delay.
 
-Source: BehaviorTree.CPP 4.7 src/decorators/timeout_node.cpp, delay_node.cpp. Their timers run in threads of their own;
-here a tick sees that the time is up.
+Source: BehaviorTree.CPP 3.8 and 4.7 src/decorators/timeout_node.cpp, delay_node.cpp. Their timers run
+in threads of their own; here a tick sees that the time is up.
 """
 
 from __future__ import annotations
@@ -86,12 +86,14 @@ class Delay(Control):
         child: The child.
         seconds: The time, s; without any, the child is ticked in the next tick.
         clock: The time at which the tree is.
-        wakes: Whether the tree is ticked once more when the time is up (BehaviorTree.CPP 4).
+        is_version_4: Whether the tree is ticked once more when the time is up, and the child in each tick from then on;
+            BehaviorTree.CPP 3 delays each tick of the child.
     """
 
-    def __init__(self, child: Node, seconds: float, clock: Clock, *, wakes: bool) -> None:
+    def __init__(self, child: Node, seconds: float, clock: Clock, *, is_version_4: bool) -> None:
         super().__init__(child)
-        self._timer = Timer(seconds, clock, wakes=wakes)
+        self._timer = Timer(seconds, clock, wakes=is_version_4)
+        self._is_version_4 = is_version_4
 
     def tick(self) -> Status:
         """Tick the child when its time has come."""
@@ -101,6 +103,8 @@ class Delay(Control):
             return Status.RUNNING
         if not self._timer.is_up():
             return Status.RUNNING
+        if not self._is_version_4:
+            self._timer.stop()
         status = child.execute_tick()
         if status is not Status.RUNNING:
             self.halt()

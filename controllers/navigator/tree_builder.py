@@ -254,7 +254,7 @@ MAKERS: dict[str, Callable[[_Builder, Ports, list[Node]], Node]] = {
     "SpeedController": lambda b, p, c: b.speed_controller(p, c[0]),
     "GoalUpdatedController": lambda b, p, c: decorators.GoalUpdatedController(c[0]),
     "Timeout": lambda b, p, c: Timeout(c[0], p["msec"], b.board.clock, wakes=b.is_version_4),
-    "Delay": lambda b, p, c: Delay(c[0], p["delay_msec"], b.board.clock, wakes=b.is_version_4),
+    "Delay": lambda b, p, c: Delay(c[0], p["delay_msec"], b.board.clock, is_version_4=b.is_version_4),
     "PathLongerOnApproach": lambda b, p, c: PathLongerOnApproach(c[0], b.path(p), p["prox_len"], p["length_factor"]),
     **{name: lambda b, p, c: Condition(always) for name in ALWAYS},
     **{name: lambda b, p, c: Condition(never) for name in NEVER},

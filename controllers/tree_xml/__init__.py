@@ -13,6 +13,7 @@ from controllers.tree_xml.reading import (
     read_tree,
     selected_plugins,
     smooths_paths,
+    written_codes,
 )
 
 __all__ = [
@@ -29,4 +30,5 @@ __all__ = [
     "read_tree",
     "selected_plugins",
     "smooths_paths",
+    "written_codes",
 ]

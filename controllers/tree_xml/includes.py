@@ -11,8 +11,10 @@ from defusedxml.ElementTree import fromstring
 
 from gym_mapbench.errors import ConfigError
 
-LARGEST = 1_000_000
-"""Largest size of a file together with those that it includes, bytes."""
+LARGEST, MOST_FILES = 1_000_000, 100
+"""Largest size of a file together with those that it includes, bytes, and the largest number of these files."""
+DEEPEST = 100
+"""Largest depth of a tree."""
 Locate = Callable[[str, Path], Path]
 """Returns the file of a path that stands in a file of a folder."""
 
@@ -21,7 +23,7 @@ def parse_xml(xml: str) -> Element:
     """Return the element ``root`` of a file.
 
     Raises:
-        ConfigError: If it is no XML, or has entities, or another element.
+        ConfigError: If it is no XML, or has entities, another element, or a tree that is too deep.
     """
     try:
         root: Element = fromstring(xml, forbid_dtd=True)
@@ -31,7 +33,17 @@ def parse_xml(xml: str) -> Element:
         raise ConfigError(f"not an XML file ({error})") from None
     if root.tag != "root":
         raise ConfigError(f"expected <root> with a <BehaviorTree> in it, got <{root.tag}>")
+    _refuse_depth(root)
     return root
+
+
+def _refuse_depth(root: Element) -> None:
+    """Refuse what is too deep to be written as XML again."""
+    level = list(root)
+    for _ in range(DEEPEST + 1):
+        level = [child for element in level for child in element]
+    if level:
+        raise ConfigError(f"expected a tree of at most {DEEPEST} nodes from top to bottom, got a deeper one")
 
 
 def read_text(file: Path, locate: Locate) -> str:
@@ -65,6 +77,8 @@ class _Files:
     def read(self, file: Path) -> str:
         """Return the text of a file."""
         self._seen.add(file.resolve())
+        if len(self._seen) > MOST_FILES:
+            raise ConfigError(f"{file}: expected at most {MOST_FILES} files that include each other, got more")
         self._size += file.stat().st_size
         if self._size > LARGEST:
             raise ConfigError(f"{file}: expected at most {LARGEST} bytes with all included files, got {self._size}")
@@ -88,6 +102,7 @@ class _Files:
             return
         xml = self.read(file)
         try:
-            yield from self.trees(parse_xml(xml), file.parent)
+            root = parse_xml(xml)
         except ConfigError as error:
             raise ConfigError(f"{path}: {error}") from None
+        yield from self.trees(root, file.parent)

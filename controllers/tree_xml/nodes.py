@@ -136,6 +136,20 @@ SELECTORS = {
 RETRIES = ("RetryUntilSuccessful", "RetryUntilSuccesful")
 """Names of the node that retries; BehaviorTree.CPP 3.8 knows its misspelt one, too."""
 
+PORT_RELEASES: dict[str, tuple[Release, ...]] = {
+    "success_threshold": ("humble",),
+    "failure_threshold": ("humble",),
+    "success_count": SINCE_JAZZY,
+    "failure_count": SINCE_JAZZY,
+    "disable_collision_checks": SINCE_JAZZY,
+    "error_code_id": SINCE_JAZZY,
+    "progress_checker_id": SINCE_JAZZY,
+    "path_handler_id": ("lyrical",),
+    "plugins": ("lyrical",),
+    "wrap_around": ("lyrical",),
+}
+"""Ports that not every release has."""
+
 NODES: dict[str, NodeType] = {
     "Sequence": NodeType(SOME),
     "SequenceStar": NodeType(SOME, releases=("humble",)),
@@ -268,23 +282,14 @@ NODES: dict[str, NodeType] = {
             "disable_collision_checks": Switch(False),
         },
     ),
-    **{name: NodeType(0, {f"selected_{of}": Variable(), f"default_{of}": Name()}) for name, of in SELECTORS.items()},
+    **{
+        name: NodeType(
+            0, {f"selected_{of}": Variable(), f"default_{of}": Name()}, PORT_RELEASES.get(f"{of}_id", RELEASES)
+        )
+        for name, of in SELECTORS.items()
+    },
 }
 """All nodes by their names."""
-
-PORT_RELEASES: dict[str, tuple[Release, ...]] = {
-    "success_threshold": ("humble",),
-    "failure_threshold": ("humble",),
-    "success_count": SINCE_JAZZY,
-    "failure_count": SINCE_JAZZY,
-    "disable_collision_checks": SINCE_JAZZY,
-    "error_code_id": SINCE_JAZZY,
-    "progress_checker_id": SINCE_JAZZY,
-    "path_handler_id": ("lyrical",),
-    "plugins": ("lyrical",),
-    "wrap_around": ("lyrical",),
-}
-"""Ports that not every release has."""
 
 WITHOUT_EFFECT = frozenset(
     {

@@ -8,8 +8,8 @@ from typing import Any
 from xml.etree.ElementTree import Element
 
 from controllers.releases import RELEASES, Release
-from controllers.tree_xml.checks import COSTMAPS, check_values, check_variables
-from controllers.tree_xml.includes import parse_xml
+from controllers.tree_xml.checks import COSTMAPS, WRITTEN_CODES, check_values, check_variables
+from controllers.tree_xml.includes import DEEPEST, parse_xml
 from controllers.tree_xml.nodes import (
     BEHAVIOR_NODES,
     CANCELS,
@@ -32,8 +32,8 @@ SUBTREES = ("SubTree", "SubTreePlus")
 SMOOTH = "SmoothPath"
 SMOOTHER = "smoother_id"
 """The port with which each leaf may name another smoother; the other ports name one plugin in the whole tree."""
-DEEPEST, MOST_NODES = 100, 10_000
-"""Largest depth and largest number of nodes of a tree, with those of its subtrees at each place."""
+MOST_NODES = 10_000
+"""Largest number of nodes of a tree, with those of its subtrees at each place; its depth is counted like that, too."""
 
 
 @lru_cache(maxsize=64)
@@ -59,7 +59,9 @@ def read_tree(xml: str, release: Release) -> TreeNode:
     main = root.get("main_tree_to_execute")
     if main is None and len(trees) > 1:
         raise ConfigError(f"main_tree_to_execute: expected one of {sorted(trees)}, got none")
-    tree = _Reader(trees, release).tree(next(iter(trees)) if main is None else main, Scope())
+    reader = _Reader(trees, release)
+    tree = reader.tree(next(iter(trees)) if main is None else main, Scope())
+    reader.refuse_late_names(tree)
     check_variables(tree)
     check_values(tree)
     return tree
@@ -109,6 +111,12 @@ def named_smoothers(tree: TreeNode) -> list[str]:
     return list(dict.fromkeys(name_in(value, selected) for value in asked))
 
 
+def written_codes(tree: TreeNode) -> list[str]:
+    """Return the variables outside subtrees in which the leaves of a tree put their error codes, each once."""
+    codes = (node.ports["error_code_id"] for node in tree.walk() if node.name in WRITTEN_CODES)
+    return list(dict.fromkeys(code for code in codes if code and "." not in code))
+
+
 def asked_behaviors(tree: TreeNode) -> tuple[str, ...]:
     """Return the behaviours whose action servers a tree asks for, without which it does not load."""
     nodes = {node.name for node in tree.walk()}
@@ -148,6 +156,14 @@ class _Reader:
         if len(inside) != 1:
             raise ConfigError(f"BehaviorTree {name}: expected one node in it, got {len(inside)}")
         return self._node(inside[0], scope)
+
+    def refuse_late_names(self, tree: TreeNode) -> None:
+        """Refuse names that change during the run, as a ``SetBlackboard`` behind their node sets them."""
+        late = {f"{{{name}}}" for name in self._constants.assigned}
+        for node in tree.walk():
+            for port, value in node.ports.items():
+                if isinstance(NODES[node.name].ports[port], Name) and value in late:
+                    raise ConfigError(f"{node.name}.{port}: expected a name that does not change, got {value}")
 
     def _node(self, element: Element, scope: Scope) -> TreeNode:
         self._depth += 1

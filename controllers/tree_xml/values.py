@@ -99,8 +99,10 @@ def _number(port: Number | Above, text: str) -> float:
         value = of(text)
     except ValueError:
         raise ConfigError(f"expected a {'whole ' if of is int else ''}number, got {text!r}") from None
-    if isinstance(port, Above) and not 0.0 < value < math.inf:
+    if not abs(value) < math.inf and value != port.default:
+        raise ConfigError(f"expected a finite number, got {text}")
+    if isinstance(port, Above) and value <= 0.0:
         raise ConfigError(f"expected a number above 0, got {text}")
-    if isinstance(port, Number) and not (port.least <= value < math.inf or value == port.default):
+    if isinstance(port, Number) and value < port.least:
         raise ConfigError(f"expected {port.least:g} or more, got {text}")
     return value

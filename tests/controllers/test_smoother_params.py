@@ -142,6 +142,25 @@ def test_written_smoothers_are_read_back(tmp_path, release):
         write_nav2_params(own.replace(smoothers={"a": {"kind": "gym_mapbench.smoothers:SimpleSmoother"}}))
 
 
+def codes_in(release: str, *codes: str) -> dict:
+    """What the navigator's section says of the error codes of a tree, one of them in a subtree of its own."""
+    inside = smooth().replace("/>", ' error_code_id="{inside_error_code}"/>')
+    smooths = (smooth().replace("/>", f' error_code_id="{{{code}}}"/>') for code in codes)
+    part = f'<BehaviorTree ID="Part"><Sequence>{PLAN}{inside}</Sequence></BehaviorTree>'
+    tree = tree_of(*smooths, '<SubTree ID="Part" goal="{goal}" path="{path}"/>').replace("</root>", f"{part}</root>")
+    navigation = load_preset(release)
+    written = write_nav2_params(navigation.replace(bt=navigation.bt.replace(xml=tree)))
+    return {key: value for key, value in written["bt_navigator"]["ros__parameters"].items() if "error" in key}
+
+
+def test_the_error_codes_of_an_own_tree_are_written():
+    codes = "smoother_error_code", "mine"
+    assert codes_in("jazzy", *codes) == {"error_code_names": ["smoother_error_code", "mine"]}
+    assert codes_in("lyrical", *codes) == {"error_code_name_prefixes": ["smoother"]}
+    assert codes_in("jazzy") == {"error_code_names": ["compute_path_error_code", "follow_path_error_code"]}
+    assert codes_in("lyrical", "mine") == {}
+
+
 def convert(tmp_path, source, target, **smoothers):
     path = tmp_path / "file.yaml"
     server = node(smoother_plugins=list(smoothers), **smoothers)

@@ -89,6 +89,8 @@ def test_trees_of_included_files_are_read(tmp_path, place, include):
         (None, "expected the file drive.xml in the package or beside the tree"),
         ("<root", "drive.xml: not an XML file"),
         (INCLUDED.replace("Drive", "Main"), "expected a different ID for each"),
+        (INCLUDED.replace(PLAN, "<Inverter>" * 2000 + PLAN + "</Inverter>" * 2000), "drive.xml: expected a tree of at"),
+        ("<root><include path='" + 300 * "a" + "'/></root>", "aaa in the package or beside the tree"),
     ],
 )
 def test_an_include_that_does_not_fit_is_told(tmp_path, text, why):
@@ -99,6 +101,19 @@ def test_an_include_that_does_not_fit_is_told(tmp_path, text, why):
         one for one in with_includes(tmp_path, '<include path="drive.xml"/>').findings if one.kind == "left_out"
     )
     assert why in finding.why
+
+
+def test_files_that_include_one_another_without_end_are_told(tmp_path):
+    (tmp_path / "behavior_trees").mkdir()
+    for number in range(1000):
+        (tmp_path / "behavior_trees" / f"{number}.xml").write_text(f'<root><include path="{number + 1}.xml"/></root>')
+    (finding,) = (one for one in with_includes(tmp_path, '<include path="0.xml"/>').findings if one.kind == "left_out")
+    assert "expected at most 100 files that include each other, got more" in finding.why
+
+
+def test_a_path_that_is_no_file_name_is_told(tmp_path):
+    read = with_tree(tmp_path, "", named="a" * 5000)
+    assert read.named("left_out") == ("bt_navigator.default_nav_to_pose_bt_xml",)
 
 
 def test_a_drive_on_the_heading_has_the_limits_of_its_plugin(tmp_path):

@@ -187,11 +187,36 @@ def test_selectors_name_the_plugins_of_variables():
             "humble",
             "expected local_costmap/clear_around_local_costmap or global_costmap/clear_around_global_costmap, got 'x'",
         ),
-        (xml_of("<Inverter>" * 2000 + DRIVE + "</Inverter>" * 2000), "humble", "at most 10000 nodes, 100 deep"),
+        (xml_of("<Inverter>" * 2000 + DRIVE + "</Inverter>" * 2000), "humble", "at most 100 nodes from top to bottom"),
         (
             xml_of(DRIVE).replace("</root>", f'<BehaviorTree ID="Main">{DRIVE}</BehaviorTree></root>'),
             "humble",
             "expected a different ID for each",
+        ),
+        (
+            xml_of(f'<Sequence><SmoothPath max_smoothing_duration="inf"/>{DRIVE}</Sequence>'),
+            "humble",
+            "SmoothPath.max_smoothing_duration: expected a finite number, got inf",
+        ),
+        (
+            xml_of(f'<RateController hz="nan">{DRIVE}</RateController>'),
+            "humble",
+            "RateController.hz: expected a finite number, got nan",
+        ),
+        (
+            xml_of(f"<Fallback>{DRIVE.replace('GridBased', '{chosen}')}{SET.format('Smac', 'chosen')}</Fallback>"),
+            "jazzy",
+            "ComputePathToPose.planner_id: expected a name that does not change, got {chosen}",
+        ),
+        (
+            xml_of(f'<Sequence><ProgressCheckerSelector selected_progress_checker="{{a}}"/>{DRIVE}</Sequence>'),
+            "humble",
+            "unknown node 'ProgressCheckerSelector'",
+        ),
+        (
+            xml_of(f'<Sequence><PathHandlerSelector selected_path_handler="{{a}}"/>{DRIVE}</Sequence>'),
+            "jazzy",
+            "unknown node 'PathHandlerSelector'",
         ),
         (subtrees(40), "humble", "at most 10000 nodes, 100 deep"),
         (xml_of(f"<RetryUntilSuccessful>{DRIVE}</RetryUntilSuccessful>"), "humble", "or -1 for no end, got none"),

@@ -47,12 +47,18 @@ class TestTimeout:
 class TestDelay:
     def test_each_run_of_the_child_is_delayed(self):
         clock, child = Clock(), Scripted(R, S, F)
-        delay = Delay(child, 0.5, clock, wakes=False)
+        delay = Delay(child, 0.5, clock, is_version_4=True)
         assert at_times(delay, clock, 1.0, 1.4, 1.5, 1.6, 1.7, 2.1, 2.2) == [R, R, R, S, R, R, F]
+
+    def test_in_humble_each_tick_of_the_child_is_delayed(self):
+        clock, child = Clock(), Scripted(R, S)
+        delay = Delay(child, 0.5, clock, is_version_4=False)
+        assert at_times(delay, clock, 1.0, 1.4, 1.5, 1.6, 2.0, 2.1) == [R, R, R, R, R, S]
+        assert (child.ticks, child.halts, clock.is_woken) == (2, 0, False)
 
     def test_a_halt_while_it_waits_begins_the_time_anew(self):
         clock, child = Clock(), Scripted(S)
-        delay = Delay(child, 0.5, clock, wakes=False)
+        delay = Delay(child, 0.5, clock, is_version_4=False)
         at_times(delay, clock, 0.0, 0.4)
         delay.stop()
         assert at_times(delay, clock, 0.6, 1.0, 1.1) == [R, R, S]
@@ -60,11 +66,11 @@ class TestDelay:
 
     def test_without_a_time_the_child_is_ticked_in_the_next_tick(self):
         clock = Clock()
-        assert at_times(Delay(Scripted(S), 0.0, clock, wakes=False), clock, 0.0, 0.01) == [R, S]
+        assert at_times(Delay(Scripted(S), 0.0, clock, is_version_4=False), clock, 0.0, 0.01) == [R, S]
 
     def test_the_tree_is_woken_once(self):
         clock = Clock()
-        delay = Delay(Scripted(R), 0.5, clock, wakes=True)
+        delay = Delay(Scripted(R), 0.5, clock, is_version_4=True)
         at_times(delay, clock, 0.0, 0.5)
         assert clock.is_woken
         clock.is_woken = False
