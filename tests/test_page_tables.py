@@ -36,6 +36,8 @@ PRESENT = {
     "random sampling, Nav2 Jazzy": "random_jazzy",
     "offspring, fitness `roles`": "ours_roles",
     "random sampling, fitness `roles`": "random_roles",
+    "offspring, fitness `pairs`": "ours_pairs",
+    "random sampling, fitness `pairs`": "random_pairs",
     "offspring, parameters of the thesis": "ours_thesis",
     "random sampling, parameters of the thesis": "random_thesis",
     "offspring, `ppo.zip`": "ours_policy",
