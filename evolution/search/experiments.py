@@ -63,8 +63,8 @@ def read_document(path: str | Path) -> dict[str, Any]:
         raise ConfigError(f"{path}: expected the sections {', '.join(SECTIONS)}, got {type(document).__name__}")
     if "format" in document:
         warn_of_versions(document, path)
-    check_sections(document, str(path))
     refuse_code(document, path)
+    check_sections(document, str(path))
     return nested_document(document, str(path))
 
 
