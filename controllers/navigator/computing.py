@@ -2,14 +2,14 @@
 
 from __future__ import annotations
 
-from abc import abstractmethod
+from abc import ABC, abstractmethod
 from typing import Any
 
 from controllers.navigator.actions import Outcome
 from controllers.navigator.rate import NEVER
 
 
-class Computing:
+class Computing(ABC):
     """Computes the result of a goal at once, and hands it over when the time for it has passed.
 
     It does not look at cancellations, and takes a new goal when it is done with the old one.
@@ -51,5 +51,5 @@ class Computing:
         self._outcome, self.next_time = self.compute(), now + self._seconds
         return None
 
-    def cancel(self) -> None:
+    def cancel(self) -> None:  # noqa: B027 - nothing to do for any of them
         """Do nothing: a computation does not move the robot."""

@@ -46,7 +46,25 @@ class Timer:
         return True
 
 
-class Timeout(Control):
+class _Timed(Control):
+    """A decorator with a timer, which stops when the child ends."""
+
+    _timer: Timer
+
+    def halt(self) -> None:
+        """Stop the child and the timer."""
+        super().halt()
+        self._timer.stop()
+
+    def _tick_child(self) -> Status:
+        (child,) = self.children
+        status = child.execute_tick()
+        if status is not Status.RUNNING:
+            self.halt()
+        return status
+
+
+class Timeout(_Timed):
     """Fails, and halts its child, if that is still RUNNING after some time.
 
     Args:
@@ -68,18 +86,10 @@ class Timeout(Control):
         if child.status is Status.RUNNING and self._timer.is_up():
             self.halt()
             return Status.FAILURE
-        status = child.execute_tick()
-        if status is not Status.RUNNING:
-            self.halt()
-        return status
-
-    def halt(self) -> None:
-        """Stop the child and the timer."""
-        super().halt()
-        self._timer.stop()
+        return self._tick_child()
 
 
-class Delay(Control):
+class Delay(_Timed):
     """Ticks its child some time after its own first tick.
 
     Args:
@@ -97,7 +107,6 @@ class Delay(Control):
 
     def tick(self) -> Status:
         """Tick the child when its time has come."""
-        (child,) = self.children
         if not self._timer.runs:
             self._timer.start()
             return Status.RUNNING
@@ -105,12 +114,4 @@ class Delay(Control):
             return Status.RUNNING
         if not self._is_version_4:
             self._timer.stop()
-        status = child.execute_tick()
-        if status is not Status.RUNNING:
-            self.halt()
-        return status
-
-    def halt(self) -> None:
-        """Stop the child and the timer."""
-        super().halt()
-        self._timer.stop()
+        return self._tick_child()
