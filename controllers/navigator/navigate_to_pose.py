@@ -45,7 +45,7 @@ class Square(NamedTuple):
 
     Args:
         side: Its side, m.
-        outside: Whether it is meant, or all but it.
+        outside: Whether all but the square is meant.
     """
 
     side: float

@@ -28,8 +28,8 @@ class TestTimeout:
         assert at_times(Timeout(Scripted(R, result), 1.0, clock, wakes=True), clock, 0.0, 0.9) == [R, result]
 
     def test_a_child_that_begins_after_a_halt_has_all_the_time(self):
-        clock, child = Clock(), Scripted(R)
-        timeout = Timeout(child, 1.0, clock, wakes=False)
+        clock = Clock()
+        timeout = Timeout(Scripted(R), 1.0, clock, wakes=False)
         at_times(timeout, clock, 0.0, 0.8)
         timeout.stop()
         assert at_times(timeout, clock, 1.5, 2.4, 2.5) == [R, R, F]
