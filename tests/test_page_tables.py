@@ -10,8 +10,9 @@ from statistics import fmean, median
 
 import numpy as np
 import pytest
-from scipy.stats import spearmanr
+from scipy.stats import mannwhitneyu, norm, spearmanr
 
+from docs.generate.evolve_figures import COMPARISONS, a12_interval, compared, values_of
 from evolution.cli import main
 from evolution.studies.settings import load_study
 
@@ -82,6 +83,39 @@ def test_rows_of_the_present_search_follow_from_the_csv_file(start, search):
     assert number(mean_trial) == pytest.approx(median(column("mean_trial")), abs=ROUNDED)
     assert number(ranks) == pytest.approx(100 * fmean(column("rank_agreement")), abs=0.51)
     assert number(goals) == pytest.approx(100 * fmean(column("held_out_success_rate")), abs=0.051)
+
+
+@pytest.mark.parametrize(("name", "searches"), COMPARISONS.items(), ids=COMPARISONS)
+def test_rows_of_evolution_and_random_sampling_follow_from_the_csv_file(name, searches):
+    page = text_of("docs/concepts/heldout.md").split("## Evolution and random sampling")[1].split("\n\n")[1]
+    (row,) = [line for line in page.splitlines() if line.replace("`", "").startswith(f"| {name}")]
+    _, n, *medians, a12, p, better = [cell.strip() for cell in row.strip("|").split("|")]
+    samples = [list(values_of(search, "held_out_fitness").values()) for search in searches]
+    shown = compared(searches, "held_out_fitness")
+    assert [len(values) for values in samples] == [int(n)] * 2
+    assert [number(cell) for cell in medians] == pytest.approx([median(values) for values in samples], abs=ROUNDED)
+    assert a12 == f"{shown.a12:.2f} ({shown.low:.2f} to {shown.high:.2f})"
+    assert float(p) == pytest.approx(mannwhitneyu(*samples).pvalue, abs=0.011)
+    assert better == f"{shown.better} of {shown.seeds}"
+
+
+def test_all_comparisons_together_are_those_of_the_csv_file():
+    every = [compared(searches, "held_out_fitness") for searches in COMPARISONS.values()]
+    shares = f"{sum(one.better for one in every)} of {sum(one.seeds for one in every)}"
+    assert f"evolution is better on {shares} seeds" in text_of("docs/concepts/heldout.md")
+
+
+@pytest.mark.parametrize("shift", [0.0, 1.0])
+def test_the_interval_of_a12_holds_the_truth_as_often_as_it_says(shift):
+    rng, truth = np.random.default_rng(0), norm.cdf(shift / np.sqrt(2.0))
+    first, second = rng.normal(shift, size=(1000, 8, 1)), rng.normal(size=(1000, 1, 8))
+    intervals = [a12_interval(share, 8, 8) for share in (first > second).mean(axis=(1, 2))]
+    assert 0.93 <= fmean(low <= truth <= high for low, high in intervals) <= 0.98
+
+
+@pytest.mark.parametrize(("share", "end"), [(0.0, (0.0, 0.244)), (1.0, (0.756, 1.0))])
+def test_the_interval_of_an_extreme_a12_ends_there(share, end):
+    assert a12_interval(share, 8, 8) == pytest.approx(end, abs=0.001)
 
 
 @pytest.mark.parametrize(

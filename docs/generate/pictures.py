@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import csv
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable
 from dataclasses import replace
 from pathlib import Path
 from typing import Any
@@ -12,6 +12,7 @@ import numpy as np
 from scipy.stats import spearmanr
 
 from controllers.nav2_params import NavigationParams, load_preset
+from docs.generate.evolve_figures import budgets_figure, comparisons_figure
 from docs.generate.gallery import KEPT
 from docs.generate.thesis_figures import cluster_figure, sizes_figure
 from evolution.driving import ControllerSpec, DriveSettings, Job, JobPlan, drive
@@ -26,7 +27,6 @@ from evolution.pictures import (
 from evolution.runs import load_run, results_in
 from evolution.search import gini
 from evolution.search.judging import MapResults, singles_of
-from evolution.statistics import median_interval
 from gym_mapbench.costmap import build_static_costmap, inflation_costs
 from gym_mapbench.env.config import EnvConfig
 from gym_mapbench.env.render import SeenCostmap, Snapshot, draw
@@ -52,21 +52,6 @@ LEAST_FOR_A_BOX = 5
 """Searches of a method from which on quartiles say something."""
 OTHER_SCALES = ("change:", "robust with the fitness")
 """How searches begin that the box plot leaves out: changes that were tried, and a fitness with other values."""
-EVOLVE_PANELS = {
-    "families of the default search": ("random", "ours"),
-    "families with their own ranges alone": ("random_wide", "ours_wide"),
-    "shapes of the thesis": ("random_without_families", "without_families"),
-}
-"""Searches of the study ``evolve`` that are compared, sampling first."""
-EVOLVE_MEASURES = {
-    "held_out_fitness": "held-out fitness (lower is better)",
-    "mean_trial": "mean held-out trial (lower is better)",
-}
-"""Measures of the sets of the study ``evolve``, by column of the CSV file, with the labels of their axis."""
-BUDGETS = {300: "_300", 1000: "", 3000: "_3000"}
-"""Runs of a search of wide families, and how its name in the study ``evolve`` ends."""
-METHODS = {"random_wide": "random sampling", "ours_wide": "offspring of the archive"}
-"""The searches of wide families, without the ending for their runs, and their labels."""
 
 
 def _office() -> Scenario:
@@ -240,70 +225,6 @@ def heldout() -> Any:
     return figure
 
 
-def _evolve_rows() -> list[dict[str, str]]:
-    """Return the sets of the study ``evolve``."""
-    return list(csv.DictReader((ROOT / "docs" / "concepts" / "evolve.csv").read_text(encoding="utf-8").splitlines()))
-
-
-def budgets() -> Any:
-    """Draw two measures of the sets of wide families by the runs of a search: medians with intervals, and each set."""
-    rows = _evolve_rows()
-    figure, panels = new_figure(len(EVOLVE_MEASURES), width=9.0, height=3.8)
-    for axes, (measure, label) in zip(panels, EVOLVE_MEASURES.items(), strict=True):
-        for side, (name, method), own in zip((-0.06, 0.06), METHODS.items(), "ab", strict=True):
-            colour = colour_of("ab", own)
-            found = {
-                runs: [float(row[measure]) for row in rows if row["search"] == name + ending]
-                for runs, ending in BUDGETS.items()
-            }
-            places = [runs * (1.0 + side) for runs in found]
-            middles = [float(np.median(values)) for values in found.values()]
-            ends = [median_interval(values) for values in found.values()]
-            away = np.abs(np.transpose(ends) - middles)
-            axes.errorbar(places, middles, away, fmt="D-", color=colour, capsize=3, label=method)
-            for place, values in zip(places, found.values(), strict=True):
-                axes.plot([place] * len(values), values, ".", color=colour, alpha=0.35, markersize=4)
-        axes.set_xscale("log")
-        axes.set_xticks(list(BUDGETS), [str(runs) for runs in BUDGETS])
-        axes.minorticks_off()
-        axes.set_xlabel("runs of a search")
-        axes.set_ylabel(label)
-        axes.grid(axis="y", alpha=0.3)
-    panels[0].legend(loc="upper center", frameon=False, fontsize=8)
-    return figure
-
-
-def evolve() -> Any:
-    """Draw two measures of the sets of the study ``evolve``, by families: one line for each seed."""
-    rows = _evolve_rows()
-    figure, panels = new_figure(len(EVOLVE_PANELS), width=12.0, height=4.4, sharey=True, rows=len(EVOLVE_MEASURES))
-    for of_measure, (measure, label) in zip(panels, EVOLVE_MEASURES.items(), strict=True):
-        for axes, names in zip(of_measure, EVOLVE_PANELS.values(), strict=True):
-            searches = [{row["seed"]: float(row[measure]) for row in rows if row["search"] == name} for name in names]
-            _draw_pairs(axes, searches)
-            axes.set_xlabel(label)
-        ends = [end for axes in of_measure for end in axes.get_xlim()]
-        for axes in of_measure:
-            axes.set_xlim(min(ends), max(ends))
-    for axes, title in zip(panels[0], EVOLVE_PANELS, strict=True):
-        axes.set_title(title, fontsize=9)
-    panels[0, 0].legend(loc="upper left", frameon=False, fontsize=8)
-    return figure
-
-
-def _draw_pairs(axes: Any, searches: Sequence[Mapping[str, float]]) -> None:
-    """Draw a line for each seed, from random sampling to evolution, and the median of both."""
-    for seed in sorted(searches[0].keys() & searches[1].keys()):
-        values = [one[seed] for one in searches]
-        axes.plot(values, [0, 1], ".-", color=colour_of("ab", "a"), alpha=0.6, linewidth=0.8)
-    for place, of_search in enumerate(searches):
-        middle = np.median(list(of_search.values()))
-        axes.plot(middle, place, "D", color=colour_of("ab", "b"), label="" if place else "median")
-    axes.set_yticks([0, 1], ["random sampling", "offspring of the archive"])
-    axes.set_ylim(-0.4, 1.4)
-    axes.grid(axis="x", alpha=0.3)
-
-
 def _held_out_fitness() -> dict[str, list[float]]:
     """Return the held-out fitness of searches with noise, by method."""
     groups: dict[str, list[float]] = {}
@@ -340,8 +261,8 @@ PICTURES: dict[str, Callable[[], Any]] = {
     "motifs": motifs,
     "validation": validation,
     "heldout": heldout,
-    "evolve": evolve,
-    "budgets": budgets,
+    "evolve": comparisons_figure,
+    "budgets": budgets_figure,
     "metrics": metrics,
     "thesis_sizes": sizes_figure,
     "thesis_cluster": cluster_figure,
