@@ -134,13 +134,15 @@ def as_controller(policy: Any, name: str, observation_keys: tuple[str, ...] | No
             ``policy.observation_space``, or the env's default if the policy has none.
 
     Raises:
-        ConfigError: If the policy is neither of the two, its observation space is not a Dict, or its actions are not
-            two continuous numbers.
+        ConfigError: If the policy is neither of the two, its observation space is not a Dict, its actions are not two
+            continuous numbers, or the keys are a single text.
     """
     predict = getattr(policy, "predict", policy)
     if not callable(predict):
         raise ConfigError(f"{name}: expected an object with predict(obs) or a callable, got {type(policy).__name__}")
-    keys = tuple(observation_keys or _observed_by(policy, name))
+    if isinstance(observation_keys, str):
+        raise ConfigError(f"{name}: observation_keys: expected several names, got {observation_keys!r:.80}")
+    keys = _observed_by(policy, name) if observation_keys is None else tuple(observation_keys)
     known = getattr(getattr(policy, "observation_space", None), "spaces", {})
     spaces = {key: known[key] for key in keys if isinstance(known.get(key), Box)}
     normalized = _is_normalized(getattr(policy, "action_space", None), name)

@@ -47,7 +47,8 @@ def to_command(action: ArrayLike, robot: RobotSpec, kind: ActionKind) -> tuple[f
     except (TypeError, ValueError, RuntimeError):  # the last of a tensor with a gradient
         raise ConfigError(f"action: expected two numbers, got {action!r:.80}") from None
     if values.shape != (2,):
-        raise ConfigError(f"action: expected two numbers, got shape {values.shape}")
+        got = f"shape {values.shape}" if values.ndim else f"{action!r:.80}"
+        raise ConfigError(f"action: expected two numbers, got {got}")
     v, w = values.tolist()
     if not (math.isfinite(v) and math.isfinite(w)):
         raise ConfigError(f"action: expected two finite numbers, got ({v}, {w})")

@@ -141,6 +141,14 @@ class PolicyObject:
         return 0.1, 0.0
 
 
+def make_policy():
+    return plain_policy
+
+
+ready = PolicyObject()
+learned = make_learned()
+
+
 @pytest.mark.parametrize(
     ("name", "got"),
     [
@@ -149,11 +157,18 @@ class PolicyObject:
             "expected a class, or a function that makes a controller, got a callable that needs observation",
         ),
         ("PolicyObject", "expected one with 'observation_keys', got a PolicyObject"),
+        ("make_policy", "expected one with 'observation_keys', got a function"),
+        ("ready", "expected a class, or a function that makes a controller, got a PolicyObject"),
     ],
 )
 def test_a_policy_is_told_how_it_becomes_a_controller(name, got):
     with pytest.raises(ConfigError, match=f"{got}; controllers.rl.as_controller makes a controller of a policy"):
         make_controller(f"{HERE}:{name}")
+
+
+def test_a_controller_is_not_taken_for_what_makes_one():
+    with pytest.raises(ConfigError, match=r"a function that makes a controller, got a PolicyController$"):
+        make_controller(f"{HERE}:learned")
 
 
 class TestThirdParties:

@@ -165,9 +165,21 @@ def test_bad_action_names_the_policy(answer):
         acted(lambda observation: answer)
 
 
+def test_a_policy_that_returns_nothing_is_told_so():
+    with pytest.raises(ConfigError, match=r"^mine: action: expected two numbers, got None$"):
+        acted(lambda observation: None)
+
+
 def test_neither_policy_nor_callable():
     with pytest.raises(ConfigError, match=r"mine: expected an object with predict\(obs\) or a callable, got int"):
         as_controller(3, "mine")
+
+
+def test_keys_are_several_names():
+    with pytest.raises(ConfigError, match=r"^mine: observation_keys: expected several names, got 'goal'$"):
+        as_controller(Policy(), "mine", "goal")
+    with pytest.raises(ConfigError, match=r"^mine: observation: expected at least one key"):
+        as_controller(Policy(), "mine", ()).fit(EnvConfig())
 
 
 def test_flat_observation_space_is_refused():
