@@ -19,7 +19,7 @@ from controllers.nav2_params import ControllerPlugin, NavigationParams, load_pre
 from controllers.navigator.navigator import Navigator
 from controllers.rl import load_sb3
 from gym_mapbench.errors import ConfigError, unknown_name
-from gym_mapbench.registry import Registry, accepted_keywords, required_keywords
+from gym_mapbench.registry import Registry, accepted_keywords, required_keywords, takes_any_keyword
 from gym_mapbench.ros_params import Findings, Section, overlay
 from gym_mapbench.trust import about_to_run
 
@@ -126,7 +126,7 @@ def _make_third_party(
     """Call a third party's callable and check the controller that it returns."""
     accepted = accepted_keywords(make)
     for key in params:
-        if key not in accepted:
+        if key not in accepted and not takes_any_keyword(make):
             raise unknown_name(f"parameter of {name}", key, accepted - {"navigation"})
     given = {"navigation": navigation} if "navigation" in accepted else {}
     if needed := required_keywords(make) - {*given, *params}:

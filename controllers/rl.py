@@ -24,6 +24,7 @@ from gym_mapbench.env.action import ActionKind, to_command
 from gym_mapbench.env.config import EnvConfig
 from gym_mapbench.env.observation import FAR, observation_space
 from gym_mapbench.errors import ConfigError
+from gym_mapbench.registry import BY_NAME, parameters_of
 from gym_mapbench.settings import Settings
 from gym_mapbench.world.lidar import LidarSettings
 
@@ -43,7 +44,6 @@ PREDICTING = ("policy_class", "policy_kwargs", "observation_space", "action_spac
 """Attributes that a model needs to predict."""
 TOLD = ("state", "episode_start", "deterministic")
 """What ``predict`` of Stable-Baselines3 takes beside the observation."""
-BY_NAME = (inspect.Parameter.POSITIONAL_OR_KEYWORD, inspect.Parameter.KEYWORD_ONLY)
 LEARNED_ENTROPY = ("ent_coef_optimizer.pth", "pytorch_variables.pth")
 """Parts of a file that hold the entropy coefficient of SAC; other algorithms have nothing in them."""
 
@@ -244,11 +244,8 @@ def _told(predict: Callable[..., Any]) -> tuple[str, ...]:
     all, and so does another callable that names its observation. A callable of ``(*args, **keywords)``, such as a
     decorated function, takes none: the function inside may take none. Keywords that a ``partial`` has bound stay.
     """
-    try:
-        # A module of PyTorch takes anything, and passes it on to its forward.
-        parameters = list(inspect.signature(getattr(predict, "forward", predict)).parameters.values())
-    except (TypeError, ValueError):
-        return ()
+    # A module of PyTorch takes anything, and passes it on to its forward.
+    parameters = parameters_of(getattr(predict, "forward", predict))
     named = bool(parameters) and parameters[0].kind in (inspect.Parameter.POSITIONAL_ONLY, BY_NAME[0])
     beside = {one.name: one.kind for one in parameters[named:]}
     bound, function = (predict.keywords, predict.func) if isinstance(predict, functools.partial) else ({}, predict)

@@ -109,6 +109,10 @@ def make_mine(navigation, speed=0.1):
     return Navigator(PlainFollower(), navigation, f"mine at {speed}")
 
 
+def make_of_anything(**options):
+    return as_controller(lambda observation: (0.1, 0.0), f"mine of {options}")
+
+
 def make_learned():
     return as_controller(lambda observation: (0.1, 0.0), "learned")
 
@@ -126,6 +130,7 @@ HERE = "tests.controllers.test_registry"
 
 def test_any_function_of_a_module_makes_a_controller():
     assert make_controller(f"{HERE}:make_mine", speed=0.3).name == "mine at 0.3"
+    assert make_controller(f"{HERE}:make_of_anything", speed=0.3).name == "mine of {'speed': 0.3}"
     with pytest.raises(ConfigError, match=f"controller '{HERE}:make_nothing': expected one with 'observation_keys'"):
         make_controller(f"{HERE}:make_nothing")
     with pytest.raises(PluginError, match=r"make_trouble': OSError: no robot there, test_registry.py line \d+"):
