@@ -19,7 +19,7 @@ from controllers.nav2_params import ControllerPlugin, NavigationParams, load_pre
 from controllers.navigator.navigator import Navigator
 from controllers.rl import load_sb3
 from gym_mapbench.errors import ConfigError, unknown_name
-from gym_mapbench.registry import Registry, accepted_keywords, must_be_callable, required_keywords
+from gym_mapbench.registry import Registry, accepted_keywords, required_keywords, takes_any_keyword
 from gym_mapbench.ros_params import Findings, Section, overlay
 from gym_mapbench.trust import about_to_run
 
@@ -28,11 +28,24 @@ FOLLOWERS: dict[str, Callable[[Any], PathFollower]] = {
 }
 """Nav2's controllers, and the Rotation Shim around each of them; each is made from its own parameters."""
 
-CONTROLLERS: Registry[Callable[..., Any]] = Registry("controller", "controllers", FOLLOWERS, check=must_be_callable)
-"""All controllers; those of third parties are called as described at the top of this module."""
-
-
 HINT = "; controllers.rl.as_controller makes a controller of a policy"
+
+
+def _hint(thing: object) -> str:
+    """Say how a policy becomes a controller, if something may be one."""
+    return HINT if hasattr(thing, "predict") or callable(thing) else ""
+
+
+def _must_make(entry: Any) -> Any:
+    """Accept what can be called to make a controller; raises ``ConfigError`` otherwise."""
+    if not callable(entry):
+        got = type(entry).__name__
+        raise ConfigError(f"expected a class, or a function that makes a controller, got a {got}{_hint(entry)}")
+    return entry
+
+
+CONTROLLERS: Registry[Callable[..., Any]] = Registry("controller", "controllers", FOLLOWERS, check=_must_make)
+"""All controllers; those of third parties are called as described at the top of this module."""
 
 
 def relative_cost(name: str, navigation: NavigationParams) -> float:
@@ -113,7 +126,7 @@ def _make_third_party(
     """Call a third party's callable and check the controller that it returns."""
     accepted = accepted_keywords(make)
     for key in params:
-        if key not in accepted:
+        if key not in accepted and not takes_any_keyword(make):
             raise unknown_name(f"parameter of {name}", key, accepted - {"navigation"})
     given = {"navigation": navigation} if "navigation" in accepted else {}
     if needed := required_keywords(make) - {*given, *params}:
@@ -125,6 +138,6 @@ def _make_third_party(
         made = make(**given, **params)
     missing = [part for part in ("observation_keys", "reset", "act") if not hasattr(made, part)]
     if missing:
-        hint = HINT if hasattr(made, "predict") else ""
-        raise ConfigError(f"controller {name!r}: expected one with {missing[0]!r}, got a {type(made).__name__}{hint}")
+        got = f"a {type(made).__name__}{_hint(made)}"
+        raise ConfigError(f"controller {name!r}: expected one with {missing[0]!r}, got {got}")
     return cast("Controller", made)

@@ -5,6 +5,8 @@ Stable-Baselines3 models are objects with ``predict``; :func:`load_sb3` reads on
 
 from __future__ import annotations
 
+import functools
+import inspect
 import json
 import math
 import warnings
@@ -22,7 +24,7 @@ from gym_mapbench.env.action import ActionKind, to_command
 from gym_mapbench.env.config import EnvConfig
 from gym_mapbench.env.observation import FAR, observation_space
 from gym_mapbench.errors import ConfigError
-from gym_mapbench.registry import accepted_keywords
+from gym_mapbench.registry import BY_NAME, parameters_of
 from gym_mapbench.settings import Settings
 from gym_mapbench.world.lidar import LidarSettings
 
@@ -40,6 +42,8 @@ UNLEARNED = {
 """Hyperparameters of a model that only predicts; SAC makes an optimizer for an entropy coefficient that is learned."""
 PREDICTING = ("policy_class", "policy_kwargs", "observation_space", "action_space")
 """Attributes that a model needs to predict."""
+TOLD = ("state", "episode_start", "deterministic")
+"""What ``predict`` of Stable-Baselines3 takes beside the observation."""
 LEARNED_ENTROPY = ("ent_coef_optimizer.pth", "pytorch_variables.pth")
 """Parts of a file that hold the entropy coefficient of SAC; other algorithms have nothing in them."""
 
@@ -48,12 +52,13 @@ class PolicyController:
     """A policy under its own name; made by :func:`as_controller`.
 
     Args:
-        predict: Takes an observation and, by keyword, those of ``state``, ``episode_start`` and
-            ``deterministic`` that are in its signature; returns an action or ``(action, state)``.
+        predict: Takes an observation and, by keyword, those of ``state``, ``episode_start`` and ``deterministic`` that
+            are in its signature; ``**keywords`` stand for all three. Returns an action or ``(action, state)``.
         name: Name under which the controller is reported.
         observation_keys: Keys of the observation that the policy reads.
         normalized: Whether its actions are shares of the robot's limits, as in an env with ``action="normalized"``.
-        spaces: Space of every key that it reads, as far as they are known: the env is given sensors of these sizes.
+        spaces: Space of every key that it reads, as far as they are known: the env is given sensors of these sizes, and
+            observations are cast to the type of a space of floating-point numbers.
     """
 
     def __init__(
@@ -68,8 +73,9 @@ class PolicyController:
         self.observation_keys = observation_keys
         self._action: ActionKind = "normalized" if normalized else "physical"
         self._predict = predict
-        self._accepted = accepted_keywords(predict)
+        self._told = _told(predict)
         self._spaces = dict(spaces or {})
+        self._types = {key: box.dtype for key, box in self._spaces.items() if np.issubdtype(box.dtype, np.floating)}
 
     def fit(self, config: EnvConfig) -> EnvConfig:
         """Return a world with sensors of the sizes that the policy was made for.
@@ -104,8 +110,9 @@ class PolicyController:
         Raises:
             ConfigError: If the action is not two finite numbers.
         """
+        cast = {key: observation[key].astype(kind, copy=False) for key, kind in self._types.items()}
         offered = {"state": self._state, "episode_start": np.array([self._first]), "deterministic": True}
-        answer = self._predict(observation, **{key: offered[key] for key in offered if key in self._accepted})
+        answer = self._predict({**observation, **cast}, **{key: offered[key] for key in self._told})
         self._first = False
         action, self._state = answer if _has_state(answer) else (answer, None)
         try:
@@ -119,20 +126,23 @@ def as_controller(policy: Any, name: str, observation_keys: tuple[str, ...] | No
 
     Args:
         policy: An object with ``predict(obs)`` that returns an action or ``(action, state)``, or a callable
-            ``obs -> action``. A state is handed back at the next call if ``predict`` takes one. An action is
-            ``(v m/s, omega rad/s)``, or, if ``policy.action_space`` reaches from -1 to 1, shares of the robot's limits.
+            ``obs -> action``. If it takes ``state``, the state is handed back at the next call; if it takes
+            ``episode_start`` or ``deterministic``, it is given them. An action is ``(v m/s, omega rad/s)``, or, if
+            ``policy.action_space`` reaches from -1 to 1, shares of the robot's limits.
         name: Name under which the controller is reported.
         observation_keys: Keys of the observation that the policy reads; None takes the keys of
             ``policy.observation_space``, or the env's default if the policy has none.
 
     Raises:
-        ConfigError: If the policy is neither of the two, its observation space is not a Dict, or its actions are not
-            two continuous numbers.
+        ConfigError: If the policy is neither of the two, its observation space is not a Dict, its actions are not two
+            continuous numbers, or the keys are a single text.
     """
     predict = getattr(policy, "predict", policy)
     if not callable(predict):
         raise ConfigError(f"{name}: expected an object with predict(obs) or a callable, got {type(policy).__name__}")
-    keys = tuple(observation_keys or _observed_by(policy, name))
+    if isinstance(observation_keys, str):
+        raise ConfigError(f"{name}: observation_keys: expected several names, got {observation_keys!r:.80}")
+    keys = _observed_by(policy, name) if observation_keys is None else tuple(observation_keys)
     known = getattr(getattr(policy, "observation_space", None), "spaces", {})
     spaces = {key: known[key] for key in keys if isinstance(known.get(key), Box)}
     normalized = _is_normalized(getattr(policy, "action_space", None), name)
@@ -227,6 +237,23 @@ def _lidar_of(config: EnvConfig, space: Box) -> LidarSettings:
     return config.lidar.replace(beams=space.high.size, **changes)
 
 
+def _told(predict: Callable[..., Any]) -> tuple[str, ...]:
+    """Return which of :data:`TOLD` a policy takes by keyword.
+
+    The first positional argument is the observation, whatever its name. A method ``predict`` with ``**keywords`` takes
+    all, and so does another callable that names its observation. A callable of ``(*args, **keywords)``, such as a
+    decorated function, takes none: the function inside may take none. Keywords that a ``partial`` has bound stay.
+    """
+    # A module of PyTorch takes anything, and passes it on to its forward.
+    parameters = parameters_of(getattr(predict, "forward", predict))
+    named = bool(parameters) and parameters[0].kind in (inspect.Parameter.POSITIONAL_ONLY, BY_NAME[0])
+    beside = {one.name: one.kind for one in parameters[named:]}
+    bound, function = (predict.keywords, predict.func) if isinstance(predict, functools.partial) else ({}, predict)
+    open_end = inspect.Parameter.VAR_KEYWORD in beside.values()
+    takes_all = open_end and (named or getattr(function, "__name__", "") == "predict")
+    return tuple(name for name in TOLD if name not in bound and (takes_all or beside.get(name) in BY_NAME))
+
+
 SIZED: dict[str, tuple[str, Callable[[EnvConfig, Box], Settings]]] = {
     "scan": ("lidar", _lidar_of),
     "path": ("path", lambda config, space: config.path.replace(points=space.high.size // 2)),
@@ -254,14 +281,15 @@ def _observed_by(policy: Any, name: str) -> tuple[str, ...]:
 
 
 def _is_normalized(space: Any, name: str) -> bool:
-    """Whether an action space is that of an env with ``action="normalized"``.
+    """Whether an action space is that of an env with ``action="normalized"``, in any type of numbers.
 
     Raises:
         ConfigError: If it is known and not one of two continuous numbers.
     """
     if isinstance(space, Space) and not (isinstance(space, Box) and space.shape == (2,)):
         raise ConfigError(f"{name}: expected a policy whose actions are a Box of shape (2,), got {_named(space)}")
-    return space is not None and space == Box(-1.0, 1.0, (2,), np.float32)
+    low, high = (getattr(space, end, ()) for end in ("low", "high"))
+    return np.array_equal(low, [-1.0, -1.0]) and np.array_equal(high, [1.0, 1.0])
 
 
 def _named(space: Any) -> str:

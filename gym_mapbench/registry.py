@@ -33,6 +33,8 @@ T = TypeVar("T")
 ROOMS = (Path(__file__).parents[1] / name for name in ("gym_mapbench", "controllers", "evolution"))
 LIBRARIES = (*(f"{room}{os.sep}" for room in ROOMS), *(sysconfig.get_path(kind) for kind in ("stdlib", "purelib")))
 """Beginnings of the file names of code that a third party calls."""
+BY_NAME = (inspect.Parameter.POSITIONAL_OR_KEYWORD, inspect.Parameter.KEYWORD_ONLY)
+"""Kinds of parameters that are given by keyword."""
 UNBLAMED = nullcontext()
 """Where the entry is the project's own."""
 
@@ -245,21 +247,28 @@ def load_attribute(value: str) -> Any:
     return found
 
 
+def parameters_of(function: Callable[..., Any]) -> list[inspect.Parameter]:
+    """Return the parameters of ``function`` in order; none where it has no signature."""
+    try:
+        return list(inspect.signature(function).parameters.values())
+    except (TypeError, ValueError):
+        return []
+
+
 def accepted_keywords(function: Callable[..., Any]) -> frozenset[str]:
     """Return the names that ``function`` takes by keyword; none where it has no signature."""
-    try:
-        parameters = inspect.signature(function).parameters.values()
-    except (TypeError, ValueError):
-        return frozenset()
-    named = (inspect.Parameter.POSITIONAL_OR_KEYWORD, inspect.Parameter.KEYWORD_ONLY)
-    return frozenset(p.name for p in parameters if p.kind in named)
+    return frozenset(one.name for one in parameters_of(function) if one.kind in BY_NAME)
+
+
+def takes_any_keyword(function: Callable[..., Any]) -> bool:
+    """Whether ``function`` has ``**keywords``."""
+    return any(one.kind is inspect.Parameter.VAR_KEYWORD for one in parameters_of(function))
 
 
 def required_keywords(function: Callable[..., Any]) -> frozenset[str]:
     """Return the names that ``function`` cannot be called without; none where it has no signature."""
-    named = accepted_keywords(function)
-    parameters = inspect.signature(function).parameters if named else {}
-    return frozenset(name for name in named if parameters[name].default is inspect.Parameter.empty)
+    given = (one for one in parameters_of(function) if one.kind in BY_NAME)
+    return frozenset(one.name for one in given if one.default is inspect.Parameter.empty)
 
 
 def describe(error: BaseException) -> str:

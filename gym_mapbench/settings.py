@@ -25,6 +25,9 @@ from pydantic_core import ErrorDetails
 
 from gym_mapbench.errors import ConfigError, nearest_name
 
+LENGTHS = {"too_short": ("at least", "min_length"), "too_long": ("at most", "max_length")}
+"""Problems of lists and tuples that have a wrong length: how they are said, and the limit in the problem's context."""
+
 
 class OptionError(ConfigError):
     """A problem with one option.
@@ -132,10 +135,13 @@ def _refuse_conversion(came: object, made: object) -> None:
 
 def _first_problem(error: ValidationError, settings: type[Settings]) -> tuple[str, str]:
     """Return the option that the first problem of a validation error is about, and the problem in words."""
-    first = error.errors(include_url=False)[0]
+    problems = error.errors(include_url=False)
+    first = problems[0]
     key = ".".join(str(part) for part in first["loc"])
     if first["type"] == "extra_forbidden":
         return "", _unknown_key(first, settings)
+    if first["type"] == "missing" and isinstance(first["loc"][-1], int):
+        return key.rpartition(".")[0], f"expected {_entries(problems)} entries, got {_short(first['input'])}"
     if first["type"] == "missing":
         return "", f"missing key {key!r}"
     inner = first.get("ctx", {}).get("error")
@@ -143,9 +149,21 @@ def _first_problem(error: ValidationError, settings: type[Settings]) -> tuple[st
         return ".".join(part for part in (key, inner.key) if part), inner.problem
     if isinstance(inner, ValueError):
         return key, str(inner)
-    if first["type"] == "too_short":
-        return key, f"expected at least {first['ctx']['min_length']} entries, got {_short(first['input'])}"
-    return key, f"expected {first['msg'].removeprefix('Input should be ')}, got {_short(first['input'])}"
+    return key, f"expected {_expected(first)}, got {_short(first['input'])}"
+
+
+def _entries(problems: list[ErrorDetails]) -> int:
+    """Return the length of a tuple of which the first problem says that an entry is missing."""
+    of_it = (one["loc"] for one in problems if one["loc"][:-1] == problems[0]["loc"][:-1])
+    return 1 + max(int(loc[-1]) for loc in of_it)
+
+
+def _expected(problem: ErrorDetails) -> str:
+    """Say in words what an option has to be."""
+    if problem["type"] in LENGTHS:
+        words, limit = LENGTHS[problem["type"]]
+        return f"{words} {problem['ctx'][limit]} entries"
+    return problem["msg"].removeprefix("Input should be ").removeprefix("String should have ")
 
 
 def _unknown_key(first: ErrorDetails, settings: type[Settings]) -> str:

@@ -44,10 +44,11 @@ def to_command(action: ArrayLike, robot: RobotSpec, kind: ActionKind) -> tuple[f
     """
     try:
         values = np.asarray(action, dtype=np.float64)
-    except (TypeError, ValueError):
+    except (TypeError, ValueError, RuntimeError):  # the last of a tensor with a gradient
         raise ConfigError(f"action: expected two numbers, got {action!r:.80}") from None
     if values.shape != (2,):
-        raise ConfigError(f"action: expected two numbers, got shape {values.shape}")
+        got = f"shape {values.shape}" if values.ndim else f"{action!r:.80}"
+        raise ConfigError(f"action: expected two numbers, got {got}")
     v, w = values.tolist()
     if not (math.isfinite(v) and math.isfinite(w)):
         raise ConfigError(f"action: expected two finite numbers, got ({v}, {w})")
@@ -69,7 +70,7 @@ def to_commands(actions: ArrayLike, config: EnvConfig, wanted: NDArray[np.bool_]
     """
     try:
         commands = np.array(actions, dtype=np.float64)
-    except (TypeError, ValueError):
+    except (TypeError, ValueError, RuntimeError):
         raise ConfigError(f"actions: expected two numbers for every world, got {actions!r:.80}") from None
     if commands.shape != (len(wanted), 2):
         raise ConfigError(f"actions: expected shape {(len(wanted), 2)}, got {commands.shape}")

@@ -15,7 +15,7 @@ from gym_mapbench.errors import ConfigError, refuse_unknown
 from gym_mapbench.generator import ShapeSettings, draw_map
 from gym_mapbench.world.clearance import check_clearance, has_room
 from gym_mapbench.world.gridmap import GridMap
-from gym_mapbench.world.scenario import Pose, Scenario
+from gym_mapbench.world.scenario import Pose, Scenario, as_scenarios, must_be_map
 
 RESET_OPTIONS = ("scenario", "map", "start", "goal")
 MAX_DRAWS = 1000
@@ -29,17 +29,15 @@ class ScenarioSource:
         scenarios: Use these instead of the configured maps.
 
     Raises:
-        ConfigError: If ``scenarios`` is empty or a configured task is impossible.
+        ConfigError: If ``scenarios`` is empty or no scenarios, or a configured task is impossible.
         MapFormatError: If a configured file is not a map.
     """
 
     def __init__(self, config: EnvConfig, scenarios: Iterable[Scenario] | None = None) -> None:
         self._config = config
-        self._scenarios = config.load_scenarios() if scenarios is None else tuple(scenarios)
-        if self._scenarios == ():
-            raise ConfigError("scenarios: expected at least one, got none")
+        self._scenarios = config.load_scenarios() if scenarios is None else as_scenarios("scenarios", scenarios)
 
-    def choose(self, options: Mapping[str, Any], rng: np.random.Generator) -> Scenario:
+    def choose(self, options: Mapping[str, Any] | None, rng: np.random.Generator) -> Scenario:
         """Return the scenario of ``options``; what they leave open is sampled.
 
         Args:
@@ -49,6 +47,7 @@ class ScenarioSource:
         Raises:
             ConfigError: On an unknown option, a bad value, or a start or goal off the map or occupied.
         """
+        options = read_options(options)
         for name in options:
             refuse_unknown("reset option", name, RESET_OPTIONS)
         if "map" in options and "scenario" in options:
@@ -74,10 +73,9 @@ class ScenarioSource:
             raise ConfigError(f"scenario: expected a Scenario or an index below {count}, got {choice!r:.80}")
         return (self._scenarios or ())[int(choice)]
 
-    def _on_map(self, grid: object, task: Mapping[str, Any]) -> Scenario:
+    def _on_map(self, grid: GridMap, task: Mapping[str, Any]) -> Scenario:
         """Put a task on a given map."""
-        if not isinstance(grid, GridMap):
-            raise ConfigError(f"map: expected a GridMap, got {type(grid).__name__}")
+        must_be_map(grid)
         if len(task) == 2:
             return Scenario(grid, task["start"], task["goal"])
         return self._with_task(task).make_scenario(grid)
@@ -85,6 +83,17 @@ class ScenarioSource:
     def _with_task(self, task: Mapping[str, Pose]) -> EnvConfig:
         """Return the configuration with the given of start and goal in place of its own."""
         return self._config.replace(**{what: tuple(pose) for what, pose in task.items()}) if task else self._config
+
+
+def read_options(options: object) -> Mapping[str, Any]:
+    """Return the options of a reset; none for None.
+
+    Raises:
+        ConfigError: If they are not a mapping.
+    """
+    if options is None or isinstance(options, Mapping):
+        return options or {}
+    raise ConfigError(f"reset options: expected a mapping, got {type(options).__name__}")
 
 
 def draw_scenario(config: EnvConfig, rng: np.random.Generator) -> Scenario:

@@ -182,7 +182,7 @@ class MapBenchEnv(gymnasium.Env[Any, Any]):
         """
         self.task = None
         super().reset(seed=seed)
-        self.scenario = self._source.choose(options or {}, self.np_random)
+        self.scenario = self._source.choose(options, self.np_random)
         check_clearance(self.scenario, self.robot)
         config, noise = self.config, self.config.noise
         streams = Streams.spawn(self.np_random, noise)

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Mapping
+from collections.abc import Iterable, Mapping, Sequence
 from functools import partial
 from pathlib import Path
 from typing import Any, cast
@@ -16,11 +16,12 @@ from numpy.typing import ArrayLike, NDArray
 from gym_mapbench.env.action import to_commands
 from gym_mapbench.env.batch import Batch
 from gym_mapbench.env.config import EnvConfig
+from gym_mapbench.env.scenario_source import read_options
 from gym_mapbench.env.single import MapBenchEnv, Observation, refuse_copy
 from gym_mapbench.env.traffic import Mask
 from gym_mapbench.errors import ConfigError
 from gym_mapbench.kernels.task import COLLISION, GOAL, RUNNING, TIMEOUT
-from gym_mapbench.world.scenario import Scenario
+from gym_mapbench.world.scenario import MapSet, Scenario, as_scenarios
 from gym_mapbench.world.state import Worlds
 
 StepResult = tuple[Observation, NDArray[np.float64], Mask, Mask, dict[str, Any]]
@@ -57,12 +58,12 @@ class MapBenchVectorEnv(SyncVectorEnv):
         scenarios: Iterable[Scenario] | None = None,
         **options: Any,
     ) -> None:
-        if num_envs < 1:
-            raise ConfigError(f"num_envs: expected at least 1, got {num_envs}")
+        if isinstance(num_envs, bool) or not isinstance(num_envs, int | np.integer) or num_envs < 1:
+            raise ConfigError(f"num_envs: expected a whole number, at least 1, got {num_envs!r:.80}")
         self.config = EnvConfig.build(config, **options)
+        loaded = self.config.load_scenarios() if scenarios is None else as_scenarios("scenarios", scenarios)
         self._worlds = Worlds(num_envs)
         self._batch = Batch(self.config, self._worlds)
-        loaded = self.config.load_scenarios() if scenarios is None else tuple(scenarios)
         make = partial(_World, self.config, render_mode=render_mode, scenarios=loaded)
         members = [partial(make, batch=self._batch, worlds=self._worlds, index=i) for i in range(num_envs)]
         super().__init__(members, copy=True, autoreset_mode=_read_mode(autoreset_mode))
@@ -85,9 +86,11 @@ class MapBenchVectorEnv(SyncVectorEnv):
             ConfigError: As MapBenchEnv, or if there is not one scenario for each world.
             gymnasium.error.ResetNeeded: If the mask leaves out worlds that have had no reset.
         """
-        if options is not None and len(options.get("scenarios", self._members)) != self.num_envs:
+        options = dict(read_options(options))
+        given = options.get("scenarios", self._members)
+        if not isinstance(given, Sequence | MapSet) or len(given) != self.num_envs:
             raise ConfigError(f"scenarios: expected one for each of {self.num_envs} worlds")
-        mask = None if options is None else options.get("reset_mask")
+        mask = options.get("reset_mask")
         if mask is not None and not self._last and not np.all(mask):
             raise ResetNeeded("reset: the mask leaves out worlds that have had no reset; call reset without it first")
         # A masked reset returns the last observations of the worlds that it leaves alone.

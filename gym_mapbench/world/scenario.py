@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import hashlib
-from collections.abc import Iterator
+from collections.abc import Iterable, Iterator, Mapping
 from dataclasses import dataclass, field
 from functools import cached_property
 from typing import NamedTuple
@@ -41,7 +41,8 @@ class Scenario:
         genome: The genes that the map was built from; None if it has none. It is no part of the identity.
 
     Raises:
-        ConfigError: If start or goal is not finite, off the map, or in an occupied cell, or a body is not a Body.
+        ConfigError: If the map is not a GridMap, start or goal is not finite, off the map, or in an occupied cell, or a
+            body is not a Body.
     """
 
     map: GridMap
@@ -52,6 +53,7 @@ class Scenario:
     genome: Genome | None = field(default=None, compare=False, repr=False)
 
     def __post_init__(self) -> None:
+        must_be_map(self.map)
         object.__setattr__(self, "name", visible(self.name))
         object.__setattr__(self, "bodies", tuple(self.bodies))
         for body in self.bodies:
@@ -85,15 +87,13 @@ class MapSet:
     """A tuple of scenarios: the individual of the search.
 
     Raises:
-        ConfigError: If it is empty.
+        ConfigError: If it is empty, or something in it is not a Scenario.
     """
 
     scenarios: tuple[Scenario, ...]
 
     def __post_init__(self) -> None:
-        object.__setattr__(self, "scenarios", tuple(self.scenarios))
-        if not self.scenarios:
-            raise ConfigError("map set: expected at least one scenario, got none")
+        object.__setattr__(self, "scenarios", as_scenarios("map set", self.scenarios))
 
     @cached_property
     def digest(self) -> str:
@@ -112,6 +112,37 @@ class MapSet:
 
     def __getitem__(self, index: int) -> Scenario:
         return self.scenarios[index]
+
+
+def must_be_map(grid: object) -> None:
+    """Refuse what is not a map.
+
+    Raises:
+        ConfigError: If it is not a GridMap.
+    """
+    if not isinstance(grid, GridMap):
+        raise ConfigError(f"map: expected a GridMap, got {type(grid).__name__}")
+
+
+def as_scenarios(what: str, scenarios: object) -> tuple[Scenario, ...]:
+    """Return several scenarios as a tuple.
+
+    Args:
+        what: What they are, for the error.
+        scenarios: A MapSet, or any other iterable of scenarios.
+
+    Raises:
+        ConfigError: If it is something else, or empty.
+    """
+    if isinstance(scenarios, str | bytes | Mapping) or not isinstance(scenarios, Iterable):
+        raise ConfigError(f"{what}: expected a MapSet or several Scenario values, got {type(scenarios).__name__}")
+    found = tuple(scenarios)
+    if not found:
+        raise ConfigError(f"{what}: expected at least one scenario, got none")
+    for number, scenario in enumerate(found):
+        if not isinstance(scenario, Scenario):
+            raise ConfigError(f"{what}.{number}: expected a Scenario, got {type(scenario).__name__}")
+    return found
 
 
 def _hash(text: str) -> str:

@@ -109,6 +109,10 @@ def make_mine(navigation, speed=0.1):
     return Navigator(PlainFollower(), navigation, f"mine at {speed}")
 
 
+def make_of_anything(**options):
+    return as_controller(lambda observation: (0.1, 0.0), f"mine of {options}")
+
+
 def make_learned():
     return as_controller(lambda observation: (0.1, 0.0), "learned")
 
@@ -126,6 +130,7 @@ HERE = "tests.controllers.test_registry"
 
 def test_any_function_of_a_module_makes_a_controller():
     assert make_controller(f"{HERE}:make_mine", speed=0.3).name == "mine at 0.3"
+    assert make_controller(f"{HERE}:make_of_anything", speed=0.3).name == "mine of {'speed': 0.3}"
     with pytest.raises(ConfigError, match=f"controller '{HERE}:make_nothing': expected one with 'observation_keys'"):
         make_controller(f"{HERE}:make_nothing")
     with pytest.raises(PluginError, match=r"make_trouble': OSError: no robot there, test_registry.py line \d+"):
@@ -141,6 +146,14 @@ class PolicyObject:
         return 0.1, 0.0
 
 
+def make_policy():
+    return plain_policy
+
+
+ready = PolicyObject()
+learned = make_learned()
+
+
 @pytest.mark.parametrize(
     ("name", "got"),
     [
@@ -149,11 +162,18 @@ class PolicyObject:
             "expected a class, or a function that makes a controller, got a callable that needs observation",
         ),
         ("PolicyObject", "expected one with 'observation_keys', got a PolicyObject"),
+        ("make_policy", "expected one with 'observation_keys', got a function"),
+        ("ready", "expected a class, or a function that makes a controller, got a PolicyObject"),
     ],
 )
 def test_a_policy_is_told_how_it_becomes_a_controller(name, got):
     with pytest.raises(ConfigError, match=f"{got}; controllers.rl.as_controller makes a controller of a policy"):
         make_controller(f"{HERE}:{name}")
+
+
+def test_a_controller_is_not_taken_for_what_makes_one():
+    with pytest.raises(ConfigError, match=r"a function that makes a controller, got a PolicyController$"):
+        make_controller(f"{HERE}:learned")
 
 
 class TestThirdParties:

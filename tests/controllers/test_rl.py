@@ -1,6 +1,7 @@
 from __future__ import annotations
 
 import base64
+import functools
 import json
 import sys
 import zipfile
@@ -33,6 +34,10 @@ class Policy:
         return np.array([0.1, 0.2]), (state or 0) + 1
 
 
+SEEN = [(None, True, True), (1, False, True), (2, False, True)]
+"""What a policy is told in three steps of an episode."""
+
+
 def acted(policy, **options):
     controller = as_controller(policy, "mine", **options)
     controller.reset(context())
@@ -53,7 +58,7 @@ def test_state_is_carried_until_reset():
         controller.reset(context())
         for _ in range(3):
             controller.act(OBSERVATION)
-    assert policy.seen == 2 * [(None, True, True), (1, False, True), (2, False, True)]
+    assert policy.seen == 2 * SEEN
 
 
 def test_observed_keys_are_the_policys_own():
@@ -62,10 +67,89 @@ def test_observed_keys_are_the_policys_own():
     assert as_controller(lambda observation: (0, 0), "mine").observation_keys == EnvConfig().observation
 
 
-def test_share_of_the_limits_becomes_physical():
+class Delegate:
+    """Passes on what it is given, as wrappers around a model do."""
+
+    def __init__(self, policy):
+        self.policy = policy
+
+    def predict(self, *args, **kwargs):
+        return self.policy.predict(*args, **kwargs)
+
+
+class Options(Delegate):
+    """Names the observation alone."""
+
+    def predict(self, observation, **options):
+        return self.policy.predict(observation, **options)
+
+
+@pytest.mark.parametrize(
+    "form",
+    [
+        *(Delegate, Options, lambda policy: policy.predict, lambda policy: Delegate(policy).predict),
+        *(lambda policy: functools.partial(policy.predict), lambda policy: functools.partial(Delegate(policy).predict)),
+    ],
+)
+def test_every_form_of_predict_is_told_the_state_and_the_beginning(form):
     policy = Policy()
-    policy.action_space = Box(-1.0, 1.0, (2,))
-    assert acted(policy) == pytest.approx((0.1 * 0.5, 0.2 * 1.9))
+    controller = as_controller(form(policy), "mine", ("goal",))
+    for _ in range(2):
+        controller.reset(context())
+        for _ in range(3):
+            controller.act(OBSERVATION)
+    assert policy.seen == 2 * SEEN
+
+
+def test_what_a_partial_has_bound_stays():
+    policy = Policy()
+    acted(functools.partial(policy.predict, deterministic=False))
+    assert policy.seen == [(None, True, False)]
+
+
+def test_an_observation_may_have_the_name_of_an_option():
+    assert acted(lambda state: tuple(state["scan"][:2])) == (2.0, 2.0)
+    assert acted(lambda state, deterministic: (float(deterministic), 0.0)) == (1.0, 0.0)
+
+
+def test_a_module_of_torch_is_told_what_its_forward_takes():
+    torch = pytest.importorskip("torch")
+
+    class Plain(torch.nn.Module):
+        def forward(self, observation):
+            return torch.tensor([0.1, 0.2])
+
+    class Recurrent(torch.nn.Module):
+        def forward(self, observation, state=None):
+            return torch.tensor([0.1, 0.2]), (state or 0) + 1
+
+    assert acted(Plain()) == pytest.approx((0.1, 0.2))
+    assert acted(Recurrent()) == pytest.approx((0.1, 0.2))
+
+
+def test_a_tensor_with_a_gradient_is_one_clear_line():
+    torch = pytest.importorskip("torch")
+    with pytest.raises(ConfigError, match=r"^mine: action: expected two numbers, got tensor\(.*requires_grad"):
+        acted(lambda observation: torch.zeros(2, requires_grad=True))
+
+
+@pytest.mark.parametrize("kind", [np.float32, np.float64])
+@pytest.mark.parametrize("form", [np.float32, np.float64, list])
+def test_share_of_the_limits_becomes_physical(kind, form):
+    share = [0.5, -0.25] if form is list else np.array([0.5, -0.25], form)
+    policy = Policy()
+    policy.predict = lambda observation: (share, None)
+    policy.action_space = Box(-1.0, 1.0, (2,), kind)
+    assert acted(policy) == (0.5 * 0.5, -0.25 * 1.9)
+
+
+def test_observations_come_in_the_type_of_the_policys_space():
+    policy, seen = Policy(), {}
+    policy.observation_space = Dict({"goal": Box(-9, 9, (3,), np.float64), "scan": Box(0, 9, (8,), np.float32)})
+    policy.predict = lambda observation: seen.update(observation) or (0.1, 0.2)
+    acted(policy)
+    assert {key: value.dtype for key, value in seen.items()} == {"goal": np.float64, "scan": np.float32}
+    assert OBSERVATION["goal"].dtype == np.float32
 
 
 def test_the_world_shows_as_many_bodies_as_the_policy_was_made_for():
@@ -81,9 +165,21 @@ def test_bad_action_names_the_policy(answer):
         acted(lambda observation: answer)
 
 
+def test_a_policy_that_returns_nothing_is_told_so():
+    with pytest.raises(ConfigError, match=r"^mine: action: expected two numbers, got None$"):
+        acted(lambda observation: None)
+
+
 def test_neither_policy_nor_callable():
     with pytest.raises(ConfigError, match=r"mine: expected an object with predict\(obs\) or a callable, got int"):
         as_controller(3, "mine")
+
+
+def test_keys_are_several_names():
+    with pytest.raises(ConfigError, match=r"^mine: observation_keys: expected several names, got 'goal'$"):
+        as_controller(Policy(), "mine", "goal")
+    with pytest.raises(ConfigError, match=r"^mine: observation: expected at least one key"):
+        as_controller(Policy(), "mine", ()).fit(EnvConfig())
 
 
 def test_flat_observation_space_is_refused():

@@ -120,8 +120,22 @@ def test_every_world_may_be_given_its_own_scenario():
     assert [envs.envs[i].scenario for i in range(3)] == [rooms[0], rooms[1], rooms[2]]
     envs.reset(options={"scenarios": rooms[1:] + rooms[:1], "reset_mask": some})
     assert [envs.envs[i].scenario for i in range(3)] == [rooms[0], rooms[2], rooms[2]]
-    with pytest.raises(ConfigError, match="scenarios: expected one for each of 3 worlds"):
-        envs.reset(options={"scenarios": rooms[:2]})
+    for bad in (rooms[:2], 3, None, dict(enumerate(rooms))):
+        with pytest.raises(ConfigError, match="scenarios: expected one for each of 3 worlds"):
+            envs.reset(options={"scenarios": bad})
+    with pytest.raises(ConfigError, match="reset options: expected a mapping, got int"):
+        envs.reset(options=3)
+    assert envs.reset(options={"scenarios": MapSet(rooms)})[1]["pose"].shape == (3, 3)
+
+
+def test_options_of_a_reset_stay_as_they_were_given():
+    envs = MapBenchVectorEnv(2, autoreset_mode="Disabled", **ROOM_OPTIONS)
+    envs.reset(seed=0)
+    some = {"reset_mask": np.array([False, True])}
+    for _ in range(2):
+        envs.step(np.full((2, 2), 0.3))
+        _, infos = envs.reset(options=some)
+        assert infos["_time"].tolist() == [False, True]
 
 
 def test_next_step_resets_on_the_step_after_the_end():
@@ -246,7 +260,9 @@ def test_worlds_are_rendered():
 @pytest.mark.parametrize(
     ("options", "message"),
     [
-        ({"num_envs": 0}, "num_envs: expected at least 1, got 0"),
+        ({"num_envs": 0}, "num_envs: expected a whole number, at least 1, got 0"),
+        ({"num_envs": 2.5}, "num_envs: expected a whole number, at least 1, got 2.5"),
+        ({"num_envs": "2"}, "num_envs: expected a whole number, at least 1, got '2'"),
         ({"autoreset_mode": "Never"}, "autoreset_mode: expected one of 'NextStep'"),
         ({"tiem_limit": 1}, "did you mean 'time_limit'"),
     ],

@@ -66,6 +66,11 @@ def test_the_digest_is_of_map_and_task_not_of_the_name():
     assert pickle.loads(pickle.dumps(one)) == one
 
 
+def test_what_is_no_map_is_refused():
+    with pytest.raises(ConfigError, match="map: expected a GridMap, got dict"):
+        Scenario({"rows": ["..."]}, START, GOAL)
+
+
 def test_map_sets_are_the_same_in_any_order():
     one, two = Scenario(GRID, START, GOAL), Scenario(GRID, GOAL, START)
     assert MapSet((one, two)).digest == MapSet([two, one]).digest
@@ -75,4 +80,6 @@ def test_map_sets_are_the_same_in_any_order():
     assert MapSet((one, two))[1] == two
     with pytest.raises(ConfigError, match="at least one scenario"):
         MapSet(())
+    with pytest.raises(ConfigError, match=r"map set\.1: expected a Scenario, got tuple"):
+        MapSet((one, (GRID, START, GOAL)))
     assert np.array_equal(MapSet((one,))[0].map.occupancy, GRID.occupancy)
