@@ -20,6 +20,7 @@ from controllers.tree_xml.nodes import (
     WITHOUT_EFFECT,
     Name,
     TreeNode,
+    Whole,
 )
 from controllers.tree_xml.scopes import Constants, Scope
 from controllers.tree_xml.unbuilt import CONDITIONS, NO_SCRIPTS, UNBUILT
@@ -205,6 +206,8 @@ class _Reader:
                 raise ConfigError(f"{name}: {unknown_name('port', key, known)}")
         values = {}
         for key, port in ports.items():
+            if isinstance(port, Whole) and key not in known:
+                continue
             try:
                 values[key] = value_of(key, port, given.get(key), scope, self._constants)
             except ConfigError as error:

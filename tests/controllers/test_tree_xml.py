@@ -28,6 +28,19 @@ def test_ports_that_are_not_given_have_nav2s_defaults():
     assert (backup.ports["backup_dist"], backup.ports["backup_speed"], wait.ports["wait_duration"]) == (0.15, 0.025, 1)
 
 
+@pytest.mark.parametrize(
+    ("release", "given", "found"),
+    [
+        ("humble", 'success_threshold="-1"', {"success_threshold": -1, "failure_threshold": 1}),
+        ("jazzy", "", {"success_count": -1, "failure_count": 1}),
+        ("lyrical", 'failure_count="-2"', {"success_count": -1, "failure_count": -2}),
+    ],
+)
+def test_a_parallel_has_the_ports_of_its_release(release, given, found):
+    ports = read_tree(xml_of(f"<Parallel {given}>{DRIVE}<Wait/></Parallel>"), release).ports
+    assert {key: ports[key] for key in found} == found
+
+
 def test_a_retry_without_end_and_an_infinite_distance_are_read():
     cut = '<TruncatePathLocal output_path="{part}" max_robot_pose_search_dist="inf"/>'
     retry = f'<RetryUntilSuccesful num_attempts="-1"><Sequence>{PLAN}{cut}{FOLLOW}</Sequence></RetryUntilSuccesful>'
@@ -182,6 +195,11 @@ def test_selectors_name_the_plugins_of_variables():
             "Parallel.success_count: expected 1 to 2, or -2 to -1, got 3",
         ),
         (xml_of(f'<Parallel success_count="1">{DRIVE}</Parallel>'), "humble", "unknown port 'success_count'"),
+        (
+            xml_of(f'<Parallel failure_threshold="1">{DRIVE}</Parallel>'),
+            "humble",
+            "Parallel.success_threshold: expected a whole number, got none",
+        ),
         (
             xml_of(f'<Sequence><ClearCostmapAroundRobot service_name="x"/>{DRIVE}</Sequence>'),
             "humble",
