@@ -9,7 +9,8 @@ from functools import partial
 from os.path import isfile
 from pathlib import Path
 
-from controllers.tree_xml import TreeNode, plugin_names, read_text, read_tree
+from controllers.releases import Release
+from controllers.tree_xml import TreeError, TreeNode, TreeText, plugin_names, read_text, read_tree
 from gym_mapbench.errors import ConfigError
 from gym_mapbench.ros_params import Section, leaves
 
@@ -55,13 +56,27 @@ def take_tree(navigator: Section | None, folder: Path) -> TreeFile:
         findings.add("ros_only", name)
         return TreeFile()
     try:
-        xml = _read(find_tree(named, folder))
-        tree = read_tree(xml, findings.release)
-        plugin_names(tree)
+        text, tree = load_tree(find_tree(named, folder), findings.release)
     except ConfigError as error:
         findings.add("left_out", name, f"{error}; Nav2's default tree drives here")
         return TreeFile(is_default=False)
-    return TreeFile(is_default=False, xml=xml, tree=tree)
+    return TreeFile(is_default=False, xml=text, tree=tree)
+
+
+def load_tree(file: Path, release: Release) -> tuple[str, TreeNode]:
+    """Return the text of a tree's file, with those that it includes, and its main tree as a release reads it.
+
+    Raises:
+        ConfigError: If the tree cannot drive here. The message names the file.
+    """
+    text = _read(file)
+    try:
+        tree = read_tree(text.xml, release)
+        plugin_names(tree)
+    except ConfigError as error:
+        origin = text.files.get(error.tree, file) if isinstance(error, TreeError) else file
+        raise ConfigError(f"{origin.name}: {error}") from None
+    return text.xml, tree
 
 
 def moved_trees(values: object, source: Path, target: Path) -> dict[str, str]:
@@ -79,7 +94,7 @@ def moved_trees(values: object, source: Path, target: Path) -> dict[str, str]:
     named = [str(value) for key, value in keys if key.endswith(TREE_FILE)]
     own = [name for name in named if not name.endswith(DEFAULT_TREES)]
     lost = {name: file for name in own if not _found(name, target) and (file := _found(name, source))}
-    return {Path(name).name: _read(file) for name, file in lost.items()}
+    return {Path(name).name: _read(file).xml for name, file in lost.items()}
 
 
 def _found(named: str, folder: Path) -> Path | None:
@@ -89,7 +104,7 @@ def _found(named: str, folder: Path) -> Path | None:
         return None
 
 
-def _read(file: Path) -> str:
+def _read(file: Path) -> TreeText:
     return read_text(file, partial(find_tree, by="the tree"))
 
 

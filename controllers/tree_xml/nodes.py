@@ -90,11 +90,13 @@ class TreeNode(NamedTuple):
         name: Its type, one of :data:`NODES`.
         ports: The values of all its ports.
         children: Its children, in order.
+        label: Its type and the name that the tree gives it, for messages.
     """
 
     name: str
     ports: Mapping[str, Any]
     children: tuple[TreeNode, ...]
+    label: str
 
     def walk(self) -> Iterator[TreeNode]:
         """Yield the node and all below it."""
