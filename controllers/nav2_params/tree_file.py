@@ -9,6 +9,7 @@ from functools import partial
 from os.path import isfile
 from pathlib import Path
 
+from controllers.nav2_params.document import PARAMETERS
 from controllers.releases import Release
 from controllers.tree_xml import TreeError, TreeNode, TreeText, plugin_names, read_text, read_tree
 from gym_mapbench.errors import ConfigError
@@ -16,6 +17,10 @@ from gym_mapbench.ros_params import Section, leaves
 
 NAVIGATOR = "bt_navigator"
 TREE_FILE = "default_nav_to_pose_bt_xml"
+TREE_FILES = (TREE_FILE, "default_nav_through_poses_bt_xml")
+"""Parameters that name trees; only that of the first drives here."""
+OF_NAV2 = re.compile(r"\bnav2_bt_navigator\)?/")
+"""Part of the path of each tree that Nav2 brings, each release its own."""
 DEFAULT_TREES = tuple(
     f"nav2_bt_navigator{end}/behavior_trees/navigate_to_pose_w_replanning_and_recovery.xml" for end in (")", "")
 )
@@ -90,11 +95,39 @@ def moved_trees(values: object, source: Path, target: Path) -> dict[str, str]:
     Raises:
         ConfigError: If a tree is too large or no XML.
     """
-    keys = leaves(values) if isinstance(values, Mapping) else ()
-    named = [str(value) for key, value in keys if key.endswith(TREE_FILE)]
-    own = [name for name in named if not name.endswith(DEFAULT_TREES)]
+    own = [name for key, name in _own_trees(values) if key.endswith(TREE_FILE)]
     lost = {name: file for name in own if not _found(name, target) and (file := _found(name, source))}
     return {Path(name).name: _read(file).xml for name, file in lost.items()}
+
+
+def kept_trees(values: object, folder: Path, release: Release) -> dict[str, str]:
+    """Return, by the full name of its parameter, why a release would not take each tree of a parameter file.
+
+    Args:
+        values: The content of the parameter file.
+        folder: Its folder.
+        release: The release.
+
+    Returns:
+        The reasons, empty where the tree can be read, or is one for several goals, which is not read here.
+    """
+    kept = [(key, name) for key, name in _own_trees(values) if not OF_NAV2.search(name)]
+    return {key: _refusal(name, folder, release) if key.endswith(TREE_FILE) else "" for key, name in kept}
+
+
+def _own_trees(values: object) -> list[tuple[str, str]]:
+    """Return the full names of the parameters that name other trees than the default one, with the files."""
+    keys = leaves(values) if isinstance(values, Mapping) else ()
+    named = [(key.replace(f".{PARAMETERS}.", "."), str(value)) for key, value in keys if key.endswith(TREE_FILES)]
+    return [(key, name) for key, name in named if not name.endswith(DEFAULT_TREES)]
+
+
+def _refusal(named: str, folder: Path, release: Release) -> str:
+    try:
+        load_tree(find_tree(named, folder), release)
+    except ConfigError as error:
+        return str(error)
+    return ""
 
 
 def _found(named: str, folder: Path) -> Path | None:
