@@ -14,7 +14,7 @@ from itertools import takewhile
 from typing import Any, NamedTuple
 
 from controllers.nav2_params.document import PARAMETERS
-from controllers.nav2_params.nodes import COSTMAPS, SECTIONS, Node
+from controllers.nav2_params.nodes import COSTMAPS, SECTIONS, Node, choose_node
 from controllers.nav2_params.tree_file import TREE_FILE
 from controllers.nav2_params.tree_ids import PORTS
 from gym_mapbench.errors import ConfigError
@@ -117,6 +117,24 @@ def share(nodes: list[Node]) -> Shared:
     spent = [node.path for node in wild if node not in own and any(_matches(node, other) for other in own)]
     left = [given.get(node.path, node) for node in nodes if node.path not in spent]
     return Shared(left, origins, [given[node.path] for node in made])
+
+
+def giving_sections(nodes: list[Node], section: str) -> list[str]:
+    """Return the full names of the sections that give the parameters of a node that is read, in the file's order.
+
+    Args:
+        nodes: The nodes of the file.
+        section: The section that the node is.
+    """
+    chosen = choose_node(section, share(nodes).nodes)
+    if chosen is None or chosen.group is None:
+        return []
+    return [node.full for node in nodes if node.group is not None and _gives(node, chosen)]
+
+
+def _gives(node: Node, read: Node) -> bool:
+    """Whether ROS gives the parameters of a section to a node."""
+    return node.path == read.path or (node.is_wild and _matches(node, read))
 
 
 def _made(nodes: list[Node]) -> Iterator[Node]:
