@@ -19,7 +19,7 @@ from controllers.nav2_params.migration_work import OWN_OF_SHIM
 from controllers.nav2_params.navigation import ControllerPlugin, NavigationParams
 from controllers.nav2_params.nodes import COSTMAPS, all_nodes
 from controllers.nav2_params.plugins import CONTROLLERS, COSTMAP_LAYERS
-from controllers.nav2_params.wildcards import giving_sections
+from controllers.nav2_params.wildcards import own_sections
 from controllers.nav2_params.yaml_edits import Edits, Entry, as_yaml, entries
 from controllers.parameters import SettingsWithCritics
 from controllers.rotation_shim.plugin import PRIMARY
@@ -107,9 +107,9 @@ def write_values(text: str, controller: str, values: Values, known: Values) -> s
     nodes, edits = all_nodes(document), Edits(text)
     for name, value in values.items():
         node, _, key = name.partition(".") if name.partition(".")[0] in COSTMAPS else ("controller_server", "", name)
-        giving = [groups[full] for full in giving_sections(nodes, node) if full in groups]
+        giving = [groups[full] for full in own_sections(nodes, node) if full in groups]
         if not giving:
-            raise ConfigError(f"{name}: the file has no section {node}")
+            raise ConfigError(f"{name}: the file has no section {node}, or none that is for it alone")
         named = _named_as_in if node in COSTMAPS else partial(_placed_as_in, controller)
         _write(edits, [(group, named(group, key)) for group in giving], in_type(value, known.get(name)))
     return edits.apply()

@@ -119,17 +119,21 @@ def share(nodes: list[Node]) -> Shared:
     return Shared(left, origins, [given[node.path] for node in made])
 
 
-def giving_sections(nodes: list[Node], section: str) -> list[str]:
+def own_sections(nodes: list[Node], section: str) -> list[str]:
     """Return the full names of the sections that give the parameters of a node that is read, in the file's order.
 
     Args:
         nodes: The nodes of the file.
-        section: The section that the node is.
+        section: The section that the node is. For a costmap, sections that serve both costmaps are left out.
     """
-    chosen = choose_node(section, share(nodes).nodes)
+    read = share(nodes).nodes
+    chosen, *others = [choose_node(name, read) for name in (section, *(set(COSTMAPS) - {section}))]
     if chosen is None or chosen.group is None:
         return []
-    return [node.full for node in nodes if node.group is not None and _gives(node, chosen)]
+    serving = [node for node in nodes if node.group is not None and _gives(node, chosen)]
+    if section in COSTMAPS:
+        serving = [node for node in serving if not any(other and _gives(node, other) for other in others)]
+    return [node.full for node in serving]
 
 
 def _gives(node: Node, read: Node) -> bool:
