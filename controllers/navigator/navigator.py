@@ -409,8 +409,8 @@ class Navigator:
             self.status = "succeeded"
             return
         self.status = "failed"
-        if outcome is Status.SUCCESS:
-            self._blame_tree()
+        if outcome is Status.SUCCESS or (self.params.bt.xml and not self._board.failure[1]):
+            self._blame_tree(outcome)
         self.failure_kind, self.failure_reason = self._board.failure
         if self.failure_kind == "planner_failure":
             self._board.log(*self._board.failure)
@@ -420,13 +420,15 @@ class Navigator:
         checker = make_goal_checker(self.params.controller_server.goal_checker)
         return checker.is_goal_reached(self._robot.pose, self._board.goal, self._robot.odometry)
 
-    def _blame_tree(self) -> None:
-        """Make the success of a tree that did not bring the robot to the goal a failure."""
+    def _blame_tree(self, outcome: Status) -> None:
+        """Give the reason where the tree itself is to blame: it succeeded elsewhere, or failed without its servers."""
         pose, goal = self._robot.pose, self._board.goal
-        away = math.hypot(goal.x - pose.x, goal.y - pose.y)
-        reason = f"the behaviour tree succeeded {away:.2f} m from the goal, which the goal checker never found reached"
+        place = f"{math.hypot(goal.x - pose.x, goal.y - pose.y):.2f} m from the goal"
+        if outcome is Status.SUCCESS:
+            reason = f"the behaviour tree succeeded {place}, which the goal checker never found reached"
+        else:
+            reason = f"the behaviour tree failed {place}, though neither planner nor controller had failed"
         self._board.failure = "controller_failure", reason
-        self._board.log(*self._board.failure)
 
 
 def _is_in_odom(local: CostmapParams) -> bool:
