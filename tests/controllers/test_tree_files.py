@@ -155,6 +155,16 @@ def test_a_tree_misses_the_behaviours_that_it_runs_or_cancels(tmp_path):
     assert read.named("missing") == ("behavior_server.wait", "behavior_server.drive_on_heading")
 
 
+def test_a_tree_misses_the_controller_that_it_names(tmp_path):
+    tree = xml_of(f"<Sequence>{PLAN}{FOLLOW}</Sequence>").replace('"FollowPath"', '"FolowPath"')
+    server = node(controller_plugins=["FollowPath"], FollowPath={"plugin": RPP})
+    (missing,) = (one for one in with_tree(tmp_path, tree, controller_server=server).findings if one.kind == "missing")
+    assert (missing.name, missing.why) == (
+        "controller_server.FolowPath",
+        "expected in controller_plugins, got 'FollowPath'",
+    )
+
+
 @pytest.mark.parametrize(
     ("place", "tree", "why"),
     [
