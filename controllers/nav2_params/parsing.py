@@ -272,7 +272,7 @@ def _read_behavior(server: Section, name: str, built: Mapping[str, RosNames]) ->
         server.findings.add("left_out", group.name, f"{ros_class}: this behaviour is not built")
         return False
     own = group.values if name in ("backup", *DRIVES) else {}
-    for key in group.values.keys() - own.keys():
+    for key in [key for key in group.values if key not in own]:
         of_all = key in BehaviorServer.model_fields
         why = f"all behaviours read {server.name}.{key}" if of_all else "this behaviour has no parameters of its own"
         server.findings.add("unused", f"{group.name}.{key}", why)

@@ -15,7 +15,7 @@ from typing import Any, NamedTuple
 
 from controllers.nav2_params.document import PARAMETERS
 from controllers.nav2_params.nodes import COSTMAPS, SECTIONS, Node, choose_node
-from controllers.nav2_params.tree_file import TREE_FILE
+from controllers.nav2_params.tree_file import TREE_FILES
 from controllers.nav2_params.tree_ids import PORTS
 from gym_mapbench.errors import ConfigError
 from gym_mapbench.ros_params import Finding, Kind, leaves, nest_dotted, overlay
@@ -53,7 +53,18 @@ TELLING: Mapping[str, frozenset[str]] = {
     "local_costmap": _OF_COSTMAPS,
     "global_costmap": _OF_COSTMAPS,
     "behavior_server": frozenset({"behavior_plugins", "cycle_frequency", "simulate_ahead_time"}),
-    "bt_navigator": frozenset({TREE_FILE, "bt_loop_duration", *PORTS}),
+    "bt_navigator": frozenset(
+        {
+            *TREE_FILES,
+            *PORTS,
+            "bt_loop_duration",
+            "default_bt_xml_filename",
+            "error_code_name_prefixes",
+            "error_code_names",
+            "navigators",
+            "plugin_lib_names",
+        }
+    ),
     "smoother_server": frozenset({"smoother_plugins"}),
     "velocity_smoother": frozenset({"max_accel", "max_velocity", "smoothing_frequency"}),
     "collision_monitor": frozenset({"cmd_vel_in_topic", "polygons"}),
@@ -127,7 +138,7 @@ def own_sections(nodes: list[Node], section: str) -> list[str]:
         section: The section that the node is. For a costmap, sections that serve both costmaps are left out.
     """
     read = share(nodes).nodes
-    chosen, *others = [choose_node(name, read) for name in (section, *(set(COSTMAPS) - {section}))]
+    chosen, *others = [choose_node(name, read) for name in (section, *(name for name in COSTMAPS if name != section))]
     if chosen is None or chosen.group is None:
         return []
     serving = [node for node in nodes if node.group is not None and _gives(node, chosen)]

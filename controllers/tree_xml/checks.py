@@ -29,7 +29,7 @@ def check_variables(tree: TreeNode) -> None:
     known = {"goal": goals, "input_goal": goals, "error_code": codes - {""}}
     known |= dict.fromkeys(("path", "input_path", "unsmoothed_path"), paths - {""})
     for node in nodes:
-        for port in known.keys() & node.ports.keys():
+        for port in [port for port in known if port in node.ports]:
             if node.ports[port] not in known[port]:
                 some = ", ".join(f"{{{name}}}" for name in sorted(known[port])) or "one that a node writes"
                 got = f"{{{node.ports[port]}}}" if node.ports[port] else "none"

@@ -182,7 +182,7 @@ class _Reader:
         return node
 
     def _refuse_scripts(self, element: Element) -> None:
-        for key in CONDITIONS.intersection(element.keys()) if self._release != "humble" else ():
+        for key in [key for key in element.attrib if key in CONDITIONS and self._release != "humble"]:
             raise ConfigError(f"{label_of(element)}.{key}: {NO_SCRIPTS}")
 
     def _known_node(self, name: str, element: Element, scope: Scope) -> TreeNode:
