@@ -8,7 +8,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Mapping, Sequence
 from functools import partial
-from typing import Any
+from typing import Any, NamedTuple
 
 import yaml
 
@@ -19,7 +19,7 @@ from controllers.nav2_params.migration_work import OWN_OF_SHIM
 from controllers.nav2_params.navigation import ControllerPlugin, NavigationParams
 from controllers.nav2_params.nodes import COSTMAPS, all_nodes
 from controllers.nav2_params.plugins import CONTROLLERS, COSTMAP_LAYERS
-from controllers.nav2_params.wildcards import own_sections
+from controllers.nav2_params.wildcards import giving_sections
 from controllers.nav2_params.yaml_edits import Edits, Entry, as_yaml, entries
 from controllers.parameters import SettingsWithCritics
 from controllers.rotation_shim.plugin import PRIMARY
@@ -107,11 +107,12 @@ def write_values(text: str, controller: str, values: Values, known: Values) -> s
     nodes, edits = all_nodes(document), Edits(text)
     for name, value in values.items():
         node, _, key = name.partition(".") if name.partition(".")[0] in COSTMAPS else ("controller_server", "", name)
-        giving = [groups[full] for full in own_sections(nodes, node) if full in groups]
+        giving = {full: alone for full, alone in giving_sections(nodes, node).items() if full in groups}
         if not giving:
-            raise ConfigError(f"{name}: the file has no section {node}, or none that is for it alone")
+            raise ConfigError(f"{name}: the file has no section {node}")
         named = _named_as_in if node in COSTMAPS else partial(_placed_as_in, controller)
-        _write(edits, [(group, named(group, key)) for group in giving], in_type(value, known.get(name)))
+        places = [_Place(groups[full], named(groups[full], key), alone) for full, alone in giving.items()]
+        _write(edits, places, in_type(value, known.get(name)))
     return edits.apply()
 
 
@@ -150,22 +151,36 @@ def _critic_as_in(head: str, found: Mapping[str, Entry], name: str) -> str:
     return name
 
 
-def _write(edits: Edits, places: Sequence[tuple[yaml.MappingNode, str]], value: Value) -> None:
-    """Replace the last of the values that several sections give, or insert it into the innermost group around it.
+class _Place(NamedTuple):
+    """A section in which a value may stand.
 
     Args:
-        edits: The changes of the text.
-        places: The sections, each with the name that the parameter has there.
-        value: The new value.
+        group: The parameters of the section.
+        name: The name that the parameter has there.
+        alone: Whether a change there changes nothing else.
     """
-    found = [({entry.name: entry for entry in entries(group)}, name) for group, name in places]
-    given = [known[name] for known, name in found if name in known]
+
+    group: yaml.MappingNode
+    name: str
+    alone: bool
+
+    @property
+    def entries(self) -> dict[str, Entry]:
+        """All parameters of the section by name."""
+        return {entry.name: entry for entry in entries(self.group)}
+
+
+def _write(edits: Edits, places: Sequence[_Place], value: Value) -> None:
+    """Replace the last of the values that several sections give, or insert it into the innermost group around it."""
+    given = [place for place in places if place.name in place.entries]
+    if given and not given[-1].alone:
+        raise ConfigError(f"{given[-1].name}: a section gives it to both costmaps")
     if given:
-        edits.replace(given[-1], as_yaml(value))
+        edits.replace(given[-1].entries[given[-1].name], as_yaml(value))
         return
-    holders = [holder for known, name in found for holder in _holders(known, name)]
+    holders = [holder for place in places if place.alone for holder in _holders(place.entries, place.name)]
     if not holders:
-        _, name = places[-1]
+        name = places[-1].name
         raise ConfigError(f"{name}: the file has no group {name.partition('.')[0]}")
     holder, rest = min(holders, key=lambda one: one[1].count("."))
     edits.insert(holder, rest, value)

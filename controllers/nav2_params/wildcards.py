@@ -130,21 +130,23 @@ def share(nodes: list[Node]) -> Shared:
     return Shared(left, origins, [given[node.path] for node in made])
 
 
-def own_sections(nodes: list[Node], section: str) -> list[str]:
+def giving_sections(nodes: list[Node], section: str) -> dict[str, bool]:
     """Return the full names of the sections that give the parameters of a node that is read, in the file's order.
 
     Args:
         nodes: The nodes of the file.
-        section: The section that the node is. For a costmap, sections that serve both costmaps are left out.
+        section: The section that the node is.
+
+    Returns:
+        Full name -> whether the section serves no other costmap as well, which matters for costmaps alone.
     """
     read = share(nodes).nodes
     chosen, *others = [choose_node(name, read) for name in (section, *(name for name in COSTMAPS if name != section))]
     if chosen is None or chosen.group is None:
-        return []
+        return {}
+    rivals = [other for other in others if other is not None and section in COSTMAPS]
     serving = [node for node in nodes if node.group is not None and _gives(node, chosen)]
-    if section in COSTMAPS:
-        serving = [node for node in serving if not any(other and _gives(node, other) for other in others)]
-    return [node.full for node in serving]
+    return {node.full: not any(_gives(node, rival) for rival in rivals) for node in serving}
 
 
 def _gives(node: Node, read: Node) -> bool:

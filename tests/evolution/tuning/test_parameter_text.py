@@ -87,10 +87,11 @@ def test_of_two_sections_that_give_a_value_the_one_that_counts_is_changed(tmp_pa
     assert own.with_values({"lookahead_dist": 0.4}) == path.read_text().replace("0.7", "0.4")
 
 
-def test_a_value_that_a_section_gives_to_both_costmaps_has_no_place(tmp_path):
+@pytest.mark.parametrize("before", ["", f"local_costmap:\n{COSTMAP}"])
+def test_a_value_that_a_section_gives_to_both_costmaps_has_no_place(tmp_path, before):
     path = tmp_path / "nav2_params.yaml"
     radius = 'inflation_layer: {plugin: "nav2_costmap_2d::InflationLayer", inflation_radius: 0.5}'
-    path.write_text(f"/**:\n{SERVER}    {radius}\n    plugins: [inflation_layer]\n")
+    path.write_text(f"{before}/**:\n{SERVER}    {radius}\n    plugins: [inflation_layer]\n")
     file = ParameterFile(params=str(path), nav2="humble")
     own = text_of_file(file, read_nav2_params(path, release="humble"), "FollowPath")
     assert not own.accepts("local_costmap.inflation_layer.inflation_radius")
