@@ -27,6 +27,7 @@ from controllers.nav2_params.migration_rules import (
     OVERTAKEN,
     RENAMES,
     RESPELT,
+    RESPELT_PACKAGES,
     STAMPED,
     STAMPED_NODES,
     TREE_PLUGINS,
@@ -45,6 +46,14 @@ from controllers.nav2_params.smoother_migration import NODE as SMOOTHER_SERVER
 from controllers.nav2_params.smoother_migration import migrate_smoothers
 from controllers.nav2_params.tree_file import NAVIGATOR
 from controllers.nav2_params.tree_ids import PROGRESS_CHECKER
+from controllers.nav2_params.wildcard_migration import (
+    Nodes,
+    is_wild,
+    nodes_of,
+    refuse_shared_name,
+    refuse_split_controllers,
+)
+from controllers.nav2_params.wildcards import share
 from controllers.nav2_params.yaml_edits import Edits, Entry, as_yaml, entries
 from controllers.releases import Release
 from gym_mapbench.errors import ConfigError
@@ -81,23 +90,28 @@ def migrate_file(path: str | Path, target: Release, source: Release | None = Non
             Jazzy's and has a key of Kilted's publishes TwistStamped by default.
 
     Raises:
-        ConfigError: If the file cannot be read, is not a parameter file, mixes the distributions, has a controller in a
-            section for several nodes, or does not say which of several progress checkers is the one for Humble.
+        ConfigError: If the file cannot be read, is not a parameter file, mixes the distributions, has a controller or
+            a parameter in a section for several nodes where it cannot be converted, or does not say which of several
+            progress checkers is the one for Humble.
     """
     text = read_document_text(path)
     values, root = parse_yaml(text, path)
     try:
         nodes = all_nodes(values)
         known = source or recognise(nodes).release
+        shared = share(nodes)
     except ConfigError as error:
         raise ConfigError(f"{path}: {error}") from None
-    kilted = kilted_key(nodes) if source is None and known == "jazzy" else ""
+    kilted = kilted_key([*nodes, *shared.made]) if source is None and known == "jazzy" else ""
+    kilted = shared.origins.get(kilted, kilted)
     work = Work(Edits(text), known, target, bool(kilted), _named_by_trees(nodes))
     if kilted and target != "humble":
         work.tell(kilted, "a key of Kilted, which publishes TwistStamped by default")
     try:
-        for full, key, group in [] if root is None else parameter_groups(root, ""):
-            _migrate_node(work, full, key, group, _inflation_layer(nodes))
+        groups = [] if root is None else list(parameter_groups(root, ""))
+        refuse_split_controllers(groups, work)
+        for full, key, group in groups:
+            _migrate_node(work, full, key, group, _inflation_layer(shared.nodes))
     except ConfigError as error:
         raise ConfigError(f"{path}: {error}") from None
     return Migration(work.edits.apply(), known, target, tuple(work.done), tuple(work.lost))
@@ -108,7 +122,9 @@ def _named_by_trees(nodes: list[Node]) -> dict[str, str]:
     return {
         _namespace(node.full): str(node.group[PARAMETERS][PROGRESS_CHECKER])
         for node in nodes
-        if node.section == NAVIGATOR and node.group is not None and PROGRESS_CHECKER in (node.group[PARAMETERS] or ())
+        if (node.section == NAVIGATOR or node.is_wild)
+        and node.group is not None
+        and PROGRESS_CHECKER in (node.group[PARAMETERS] or ())
     }
 
 
@@ -139,21 +155,19 @@ def _migrate_node(
         work.edits.rename(key, OLD_NODES[node])
         work.say(full, key.start_mark.line + 1, f"renamed to {OLD_NODES[node]}")
         _rename_behaviors(work, full, group)
-    controllers = controllers_in(full, group) if node == "controller_server" or "*" in full else {}
-    if "*" in full and controllers:
-        where = "a section for several nodes, whose controllers are not converted"
-        raise ConfigError(f"{full}.{next(iter(controllers))}: expected under controller_server, got {where}")
+    nodes = nodes_of(full, group)
+    controllers = controllers_in(full, group) if "controller_server" in nodes else {}
     for entry in entries(group):
-        _migrate_entry(work, full, node, entry)
-    if node == MONITOR:
+        _migrate_entry(work, full, nodes, entry)
+    if MONITOR in nodes:
         migrate_monitor(work, full, group)
-    if node == SMOOTHER_SERVER:
+    if SMOOTHER_SERVER in nodes:
         migrate_smoothers(work, full, group)
     moved = lyrical_migration.move_path_handling(work, full, group, controllers)
     for controller in controllers.values():
         migrate_controller(work, controller, inflation, moved)
     lyrical_migration.migrate_forms(work, controllers)
-    _tell_defaults(work, full, node, group)
+    _tell_defaults(work, full, nodes, group)
 
 
 def _rename_behaviors(work: Work, full: str, group: yaml.MappingNode) -> None:
@@ -168,23 +182,24 @@ def _rename_behaviors(work: Work, full: str, group: yaml.MappingNode) -> None:
             work.say(f"{full}.{name}", entry.line, f"renamed to {OLD_BEHAVIORS[name]}")
 
 
-def _migrate_entry(work: Work, full: str, node: str, entry: Entry) -> None:
-    """Migrate one parameter by the rules for its node."""
-    if node == "bt_navigator" and entry.name == entry.value.value == OLD_TREE:
+def _migrate_entry(work: Work, full: str, nodes: Nodes, entry: Entry) -> None:
+    """Migrate one parameter by the rules for its node, or for the nodes of a section for several nodes."""
+    if "bt_navigator" in nodes and entry.name == entry.value.value == OLD_TREE:
         default = f"without a file, {work.target.capitalize()} takes its default tree"
         work.take_out(full, entry, f"a word that an older launch file replaces by a file; {default}")
         return
     for rename in RENAMES[work.target]:
-        applies = work.source in rename.sources and _is_for(rename.node, node)
+        applies = work.source in rename.sources and _is_for(rename.node, nodes)
         if applies and fnmatchcase(entry.name, rename.old):
+            refuse_shared_name(full, rename.node, entry)
             _rename(work, full, entry, rename)
             return
-    if _is_unknown(work, node, entry):
+    if _is_unknown(work, full, nodes, entry):
         work.take_out(full, entry, f"{work.target.capitalize()} has no such parameter")
         return
     if entry.name == TREE_PLUGINS and work.target != "humble":
         _trim_tree_plugins(work, full, entry)
-    if node in RESPELT and entry.name.endswith(".plugin"):
+    if not RESPELT.isdisjoint(nodes) and entry.name.endswith(".plugin"):
         _respell(work, full, entry)
     if work.target != "lyrical" and known_class(entry.value.value, LEGACY_LAYERS):
         new = COSTMAP_LAYERS["inflation_layer"].names[work.target]
@@ -192,20 +207,21 @@ def _migrate_entry(work: Work, full: str, node: str, entry: Entry) -> None:
         work.say(f"{full}.{entry.name}", entry.line, f"written {new}, which finds the same distances")
 
 
-def _is_unknown(work: Work, node: str, entry: Entry) -> bool:
+def _is_unknown(work: Work, full: str, nodes: Nodes, entry: Entry) -> bool:
     """Whether a key means nothing in the target."""
     siblings = {key.value for key, _ in entry.group.value}
-    if node == "behavior_server" and OVERTAKEN.get(work.target, {}).get(entry.name) in siblings:
+    if "behavior_server" in nodes and OVERTAKEN.get(work.target, {}).get(entry.name) in siblings:
+        refuse_shared_name(full, "behavior_server", entry)
         return True
     lyricals = LYRICALS if work.source == "lyrical" != work.target else {}
     of_nodes = [*UNKNOWN[work.target].items(), *lyricals.items()]
-    patterns = [pattern for name, patterns in of_nodes if _is_for(name, node) for pattern in patterns]
+    patterns = [pattern for name, patterns in of_nodes if _is_for(name, nodes) for pattern in patterns]
     return any(fnmatchcase(entry.name, pattern) for pattern in patterns)
 
 
-def _is_for(pattern: str, node: str) -> bool:
-    """Whether a rule is for a node; a rule for every node is for those of Nav2."""
-    return is_of_nav2(node) if pattern == "*" else fnmatchcase(node, pattern)
+def _is_for(pattern: str, nodes: Nodes) -> bool:
+    """Whether a rule is for one of the nodes; a rule for every node is for those of Nav2."""
+    return any(is_of_nav2(node) if pattern == "*" else fnmatchcase(node, pattern) for node in nodes)
 
 
 def _trim_tree_plugins(work: Work, full: str, entry: Entry) -> None:
@@ -273,24 +289,25 @@ def _respell(work: Work, full: str, entry: Entry) -> None:
     package, _, name = old.replace("::", "/").partition("/")
     separator = "/" if work.target == "humble" else "::"
     new = package.replace("nav2_recoveries", "nav2_behaviors") + separator + name.replace("/", "::")
-    if old.startswith("nav2_") and name and new != old:
+    if old.startswith(RESPELT_PACKAGES if is_wild(full) else "nav2_") and name and new != old:
         work.edits.replace(entry, as_yaml(new))
         work.say(f"{full}.{entry.name}", entry.line, f"written {new}")
 
 
-def _tell_defaults(work: Work, full: str, node: str, group: yaml.MappingNode) -> None:
-    """Write out or name the defaults of a node that are others in Lyrical, and change what the robot does."""
+def _tell_defaults(work: Work, full: str, nodes: Nodes, group: yaml.MappingNode) -> None:
+    """Write out or name the defaults of the nodes that are others in Lyrical, and change what the robot does."""
     if work.target == "humble":
         return
     stamped = work.kilted or work.source == "lyrical"
     given = group.value and STAMPED in {entry.name for entry in children(group)}
-    if node in STAMPED_NODES and group.value and not given and stamped != (work.target == "lyrical"):
+    if not STAMPED_NODES.isdisjoint(nodes) and group.value and not given and stamped != (work.target == "lyrical"):
         source = "Kilted" if work.kilted else work.source.capitalize()
         message, unlike = "TwistStamped" if stamped else "Twist", "; Kilted publishes TwistStamped"
         why = f"since {source} publishes {message} by default{unlike if source == 'Jazzy' else ''}"
         work.write_out(full, group, STAMPED, stamped, why)
     if work.target == "lyrical" != work.source:
-        _tell_new_defaults(work, full, NEW_DEFAULTS.get(node, {}), group)
+        for node in nodes:
+            _tell_new_defaults(work, full, NEW_DEFAULTS.get(node, {}), group)
 
 
 def _tell_new_defaults(work: Work, full: str, news: Mapping[str, str], group: yaml.MappingNode) -> None:

@@ -8,6 +8,7 @@ from __future__ import annotations
 from collections.abc import Mapping
 from typing import NamedTuple
 
+from controllers.nav2_params.signs import OF_CLASSES
 from controllers.releases import RELEASES, Release
 
 
@@ -105,10 +106,14 @@ UNKNOWN: Mapping[Release, Mapping[str, tuple[str, ...]]] = {
 OVERTAKEN: Mapping[Release, Mapping[str, str]] = {"humble": {"global_frame": "local_frame"}}
 """Release -> key of the behaviour server that is taken out -> the key that then gets its name."""
 TREE_PLUGINS = "plugin_lib_names"
-RESPELT = ("planner_server", "behavior_server", "recoveries_server", "bt_navigator")
+RESPELT = frozenset({"planner_server", "behavior_server", "recoveries_server", "bt_navigator"})
 """Nodes whose plugins' classes are written with ``/`` in Humble and with ``::`` since Jazzy."""
+RESPELT_PACKAGES = (*OF_CLASSES, "nav2_bt_navigator")
+"""Beginnings of the names of the packages with these plugins."""
 STAMPED = "enable_stamped_cmd_vel"
-STAMPED_NODES = ("behavior_server", "collision_monitor", "controller_server", "docking_server", "velocity_smoother")
+STAMPED_NODES = frozenset(
+    {"behavior_server", "collision_monitor", "controller_server", "docking_server", "velocity_smoother"}
+)
 """Nodes that publish TwistStamped instead of Twist if ``STAMPED`` says so: by default since Kilted."""
 NEW_DEFAULTS: Mapping[str, Mapping[str, str]] = {
     "controller_server": {

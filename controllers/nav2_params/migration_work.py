@@ -160,7 +160,7 @@ def placed(work: Work, controller: ControllerGroup, name: str) -> str:
 def tell_awakened(work: Work, full: str, given: Mapping[str, Entry], plugin: RosPlugin) -> None:
     """Name the given parameters that the source ignores and the target reads."""
     missing = plugin.keys.missing
-    for name in missing.get(work.source, {}).keys() - missing.get(work.target, {}).keys():
-        if name in given and name in plugin.parameters:
+    for name in missing.get(work.source, {}):
+        if name in given and name in plugin.parameters and name not in missing.get(work.target, {}):
             source, target = work.source.capitalize(), work.target.capitalize()
             work.say(f"{full}.{name}", given[name].line, f"counts in {target}, and not in {source}")

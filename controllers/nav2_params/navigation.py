@@ -218,7 +218,7 @@ class NavigationParams(ExtendedSettings):
         except ConfigError as error:
             raise ConfigError(f"bt.xml: {error}") from None
         usual = BehaviorTree(), default_tree(self.release)
-        for name in BehaviorTree.model_fields.keys() - {"xml", "bt_loop_duration", "latency"}:
+        for name in [name for name in BehaviorTree.model_fields if name not in ("xml", "bt_loop_duration", "latency")]:
             if getattr(self.bt, name) not in (getattr(tree, name) for tree in usual):
                 raise ConfigError(f"bt.{name}: expected it in the XML of the tree, which has its own numbers")
         return self

@@ -101,7 +101,7 @@ def find_sections(nodes: list[Node], findings: Findings) -> dict[str, Section]:
         ConfigError: If the file has none of these sections, or one has no parameters, or its name is misspelt.
     """
     nodes = [node for node in nodes if not _is_outdated(node, findings)]
-    chosen = {name: _choose(name, nodes) for name in SECTIONS}
+    chosen = {name: choose_node(name, nodes) for name in SECTIONS}
     sections = {}
     for node in nodes:
         if node.section not in SECTIONS:
@@ -124,7 +124,8 @@ def _is_outdated(node: Node, findings: Findings) -> bool:
     return outdated
 
 
-def _choose(name: str, nodes: list[Node]) -> Node | None:
+def choose_node(name: str, nodes: list[Node]) -> Node | None:
+    """Return the node that is read as a section; None if there is none."""
     return min((node for node in nodes if node.section == name), key=lambda node: node.rank, default=None)
 
 

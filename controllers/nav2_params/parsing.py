@@ -28,7 +28,7 @@ from controllers.nav2_params.plugins import BEHAVIORS, DRIVES, PLANNERS, names_i
 from controllers.nav2_params.recognition import Recognition, recognise
 from controllers.nav2_params.smoothers_section import read_smoothers
 from controllers.nav2_params.tree_file import NAVIGATOR, take_tree
-from controllers.nav2_params.tree_ids import PLANNER, TreeIds
+from controllers.nav2_params.tree_ids import CONTROLLER, PLANNER, TreeIds
 from controllers.nav2_params.wildcards import share
 from controllers.releases import Release
 from controllers.tree_xml import asked_behaviors
@@ -235,11 +235,13 @@ def _read_behaviors(server: Section, *, drives: bool) -> BehaviorServer:
 def _tell_missing(sections: Mapping[str, Section], ids: TreeIds, behaviors: Iterable[str]) -> None:
     """List the plugins for which the tree asks and which the file's lists lack.
 
-    Without a behaviour's action server the tree does not load; without the planner no plan is made. Controllers are not
-    listed: each of a file's controllers can drive here.
+    Without a behaviour's action server the tree does not load; without the planner no plan is made, and without the
+    controller no path is followed. Nav2's default tree misses no controller: each of a file's controllers can drive
+    here.
     """
     asked_for = {
         "planner_server": ("planner_plugins", (ids.names.get(PLANNER) or TREES_PLANNER,)),
+        "controller_server": ("controller_plugins", tuple(filter(None, (ids.names.get(CONTROLLER),)))),
         "behavior_server": ("behavior_plugins", tuple(behaviors)),
     }
     for name, (key, wanted) in asked_for.items():
@@ -270,7 +272,7 @@ def _read_behavior(server: Section, name: str, built: Mapping[str, RosNames]) ->
         server.findings.add("left_out", group.name, f"{ros_class}: this behaviour is not built")
         return False
     own = group.values if name in ("backup", *DRIVES) else {}
-    for key in group.values.keys() - own.keys():
+    for key in [key for key in group.values if key not in own]:
         of_all = key in BehaviorServer.model_fields
         why = f"all behaviours read {server.name}.{key}" if of_all else "this behaviour has no parameters of its own"
         server.findings.add("unused", f"{group.name}.{key}", why)

@@ -6,7 +6,8 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 from controllers.nav2_params.nodes import Node
-from controllers.nav2_params.signs import DRIVES, IGNORED, STARTS, Sign, signs_of
+from controllers.nav2_params.signs import DRIVES, IGNORED, STARTS, Sign, marks_of, signs_of
+from controllers.nav2_params.wildcards import share
 from controllers.releases import RELEASES, Release
 from gym_mapbench.errors import ConfigError
 
@@ -46,13 +47,23 @@ def recognise(nodes: list[Node], given: Release | None = None) -> Recognition:
         given: The distribution that the user names, which counts before all signs.
 
     Raises:
-        ConfigError: If stronger signs have no clear majority, so that the file mixes the distributions.
+        ConfigError: If stronger signs have no clear majority, so that the file mixes the distributions, or a section
+            for several nodes gives a parameter twice.
     """
-    signs = sorted((sign for node in nodes for sign in signs_of(node)), key=lambda sign: -sign.strength)
+    signs = sorted(_signs(nodes), key=lambda sign: -sign.strength)
     release = given or _decide(signs)
     told_by = () if given else _names(_telling(release, NEIGHBOURS[release], signs))
     against = _names([sign for sign in signs if release not in sign.releases])
     return Recognition(release, told_by, against, given is not None)
+
+
+def _signs(nodes: list[Node]) -> list[Sign]:
+    """Return the signs of a file, each under its name in the file."""
+    own = [sign for node in nodes for sign in signs_of(node)]
+    shared = share(nodes)
+    of_made = (sign for node in shared.made for sign in marks_of(node))
+    named = [sign._replace(name=shared.origins.get(sign.name, sign.name)) for sign in of_made]
+    return [*own, *(sign for sign in dict.fromkeys(named) if sign not in own)]
 
 
 def _decide(signs: Sequence[Sign]) -> Release:

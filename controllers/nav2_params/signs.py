@@ -94,6 +94,8 @@ MARKS = (
     ),
 )
 
+OF_CLASSES = ("nav2_navfn_", "nav2_smac_", "nav2_theta_star_", "nav2_behaviors", "nav2_recoveries")
+"""Beginnings of the names of the packages with Nav2's planners and behaviours."""
 CLASSES = ("planner_server", "behavior_server")
 """Nodes whose classes are written with ``/`` up to Iron and with ``::`` since Jazzy; else Nav2 does not start.
 
@@ -117,17 +119,23 @@ class Sign(NamedTuple):
 
 def signs_of(node: Node) -> Iterator[Sign]:
     """Yield the signs of one node."""
+    yield from marks_of(node)
+    parameters = _parameters(node)
+    if node.name in CLASSES or "*" in node.name:
+        yield from _class_signs(node, parameters)
+    if node.section == "controller_server" or "*" in node.name:
+        for name, group in parameters.items():
+            yield from _controller_signs(f"{node.full}.{name}", group)
+
+
+def marks_of(node: Node) -> Iterator[Sign]:
+    """Yield the signs of one node by :data:`MARKS`."""
     parameters = _parameters(node)
     for marks in MARKS:
         for name, patterns in marks.keys.items():
             if fnmatchcase(node.name, name):
                 found = _matching(parameters, patterns)
                 yield from (Sign(marks.strength, marks.releases, f"{node.full}{key}") for key in found)
-    if node.name in CLASSES:
-        yield from _class_signs(node.full, parameters)
-    if node.section == "controller_server" or "*" in node.name:
-        for name, group in parameters.items():
-            yield from _controller_signs(f"{node.full}.{name}", group)
 
 
 def kilted_key(nodes: Iterable[Node]) -> str:
@@ -157,12 +165,13 @@ def _matching(parameters: Mapping[str, object], patterns: tuple[str, ...]) -> li
     return [f".{key}" for key, _ in leaves(parameters) if any(fnmatchcase(key, pattern) for pattern in patterns)]
 
 
-def _class_signs(full: str, parameters: Mapping[str, object]) -> Iterator[Sign]:
-    """Yield the classes of Nav2's planners or behaviours."""
+def _class_signs(node: Node, parameters: Mapping[str, object]) -> Iterator[Sign]:
+    """Yield the classes of Nav2's planners or behaviours; a section for several nodes may hold other plugins, too."""
+    packages = OF_CLASSES if "*" in node.name else ("nav2_",)
     for key, value in leaves(parameters):
         named = str(value)
-        if key.endswith(".plugin") and named.startswith("nav2_") and ("/" in named or "::" in named):
-            yield Sign(STARTS, ("jazzy", "lyrical") if "::" in named else ("humble",), f"{full}.{key}")
+        if key.endswith(".plugin") and named.startswith(packages) and ("/" in named or "::" in named):
+            yield Sign(STARTS, ("jazzy", "lyrical") if "::" in named else ("humble",), f"{node.full}.{key}")
 
 
 def _controller_signs(full: str, group: object) -> Iterator[Sign]:

@@ -9,12 +9,18 @@ from functools import partial
 from os.path import isfile
 from pathlib import Path
 
-from controllers.tree_xml import TreeNode, plugin_names, read_text, read_tree
+from controllers.nav2_params.document import PARAMETERS
+from controllers.releases import Release
+from controllers.tree_xml import TreeError, TreeNode, TreeText, plugin_names, read_text, read_tree
 from gym_mapbench.errors import ConfigError
 from gym_mapbench.ros_params import Section, leaves
 
 NAVIGATOR = "bt_navigator"
 TREE_FILE = "default_nav_to_pose_bt_xml"
+TREE_FILES = (TREE_FILE, "default_nav_through_poses_bt_xml")
+"""Parameters that name trees; only that of the first drives here."""
+OF_NAV2 = re.compile(r"\bnav2_bt_navigator\)?/")
+"""Part of the path of each tree that Nav2 brings, each release its own."""
 DEFAULT_TREES = tuple(
     f"nav2_bt_navigator{end}/behavior_trees/navigate_to_pose_w_replanning_and_recovery.xml" for end in (")", "")
 )
@@ -55,13 +61,27 @@ def take_tree(navigator: Section | None, folder: Path) -> TreeFile:
         findings.add("ros_only", name)
         return TreeFile()
     try:
-        xml = _read(find_tree(named, folder))
-        tree = read_tree(xml, findings.release)
-        plugin_names(tree)
+        text, tree = load_tree(find_tree(named, folder), findings.release)
     except ConfigError as error:
         findings.add("left_out", name, f"{error}; Nav2's default tree drives here")
         return TreeFile(is_default=False)
-    return TreeFile(is_default=False, xml=xml, tree=tree)
+    return TreeFile(is_default=False, xml=text, tree=tree)
+
+
+def load_tree(file: Path, release: Release) -> tuple[str, TreeNode]:
+    """Return the text of a tree's file, with those that it includes, and its main tree as a release reads it.
+
+    Raises:
+        ConfigError: If the tree cannot drive here. The message names the file.
+    """
+    text = _read(file)
+    try:
+        tree = read_tree(text.xml, release)
+        plugin_names(tree)
+    except ConfigError as error:
+        origin = text.files.get(error.tree, file) if isinstance(error, TreeError) else file
+        raise ConfigError(f"{origin.name}: {error}") from None
+    return text.xml, tree
 
 
 def moved_trees(values: object, source: Path, target: Path) -> dict[str, str]:
@@ -75,11 +95,39 @@ def moved_trees(values: object, source: Path, target: Path) -> dict[str, str]:
     Raises:
         ConfigError: If a tree is too large or no XML.
     """
-    keys = leaves(values) if isinstance(values, Mapping) else ()
-    named = [str(value) for key, value in keys if key.endswith(TREE_FILE)]
-    own = [name for name in named if not name.endswith(DEFAULT_TREES)]
+    own = [name for key, name in _own_trees(values) if key.endswith(TREE_FILE)]
     lost = {name: file for name in own if not _found(name, target) and (file := _found(name, source))}
-    return {Path(name).name: _read(file) for name, file in lost.items()}
+    return {Path(name).name: _read(file).xml for name, file in lost.items()}
+
+
+def kept_trees(values: object, folder: Path, release: Release) -> dict[str, str]:
+    """Return, by the full name of its parameter, why a release would not take each tree of a parameter file.
+
+    Args:
+        values: The content of the parameter file.
+        folder: Its folder.
+        release: The release.
+
+    Returns:
+        The reasons, empty where the tree can be read, or is one for several goals, which is not read here.
+    """
+    kept = [(key, name) for key, name in _own_trees(values) if not OF_NAV2.search(name)]
+    return {key: _refusal(name, folder, release) if key.endswith(TREE_FILE) else "" for key, name in kept}
+
+
+def _own_trees(values: object) -> list[tuple[str, str]]:
+    """Return the full names of the parameters that name other trees than the default one, with the files."""
+    keys = leaves(values) if isinstance(values, Mapping) else ()
+    named = [(key.replace(f".{PARAMETERS}.", "."), str(value)) for key, value in keys if key.endswith(TREE_FILES)]
+    return [(key, name) for key, name in named if not name.endswith(DEFAULT_TREES)]
+
+
+def _refusal(named: str, folder: Path, release: Release) -> str:
+    try:
+        load_tree(find_tree(named, folder), release)
+    except ConfigError as error:
+        return str(error)
+    return ""
 
 
 def _found(named: str, folder: Path) -> Path | None:
@@ -89,7 +137,7 @@ def _found(named: str, folder: Path) -> Path | None:
         return None
 
 
-def _read(file: Path) -> str:
+def _read(file: Path) -> TreeText:
     return read_text(file, partial(find_tree, by="the tree"))
 
 

@@ -6,9 +6,9 @@ A name is that of a parameter of a controller (``PathAlign.scale``), or of a cos
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterator, Mapping, Sequence
 from functools import partial
-from typing import Any
+from typing import Any, NamedTuple
 
 import yaml
 
@@ -17,8 +17,9 @@ from controllers.nav2_params.costmap_section import LEGACY_LAYERS
 from controllers.nav2_params.migration import parameter_groups
 from controllers.nav2_params.migration_work import OWN_OF_SHIM
 from controllers.nav2_params.navigation import ControllerPlugin, NavigationParams
-from controllers.nav2_params.nodes import COSTMAPS
+from controllers.nav2_params.nodes import COSTMAPS, all_nodes
 from controllers.nav2_params.plugins import CONTROLLERS, COSTMAP_LAYERS
+from controllers.nav2_params.wildcards import giving_sections
 from controllers.nav2_params.yaml_edits import Edits, Entry, as_yaml, entries
 from controllers.parameters import SettingsWithCritics
 from controllers.rotation_shim.plugin import PRIMARY
@@ -101,15 +102,17 @@ def write_values(text: str, controller: str, values: Values, known: Values) -> s
     Raises:
         ConfigError: If the file has no group for a value.
     """
-    _, root = parse_yaml(text, "parameter file")
-    groups = {full.rpartition(".")[2]: group for full, _, group in parameter_groups(root, "")} if root else {}
-    edits = Edits(text)
+    document, root = parse_yaml(text, "parameter file")
+    groups = {full: group for full, _, group in parameter_groups(root, "")} if root else {}
+    nodes, edits = all_nodes(document), Edits(text)
     for name, value in values.items():
         node, _, key = name.partition(".") if name.partition(".")[0] in COSTMAPS else ("controller_server", "", name)
-        if node not in groups:
+        giving = {full: alone for full, alone in giving_sections(nodes, node).items() if full in groups}
+        if not giving:
             raise ConfigError(f"{name}: the file has no section {node}")
         named = _named_as_in if node in COSTMAPS else partial(_placed_as_in, controller)
-        _write(edits, groups[node], named(groups[node], key), in_type(value, known.get(name)))
+        places = [_Place(groups[full], named(groups[full], key), alone) for full, alone in giving.items()]
+        _write(edits, places, in_type(value, known.get(name)))
     return edits.apply()
 
 
@@ -148,15 +151,38 @@ def _critic_as_in(head: str, found: Mapping[str, Entry], name: str) -> str:
     return name
 
 
-def _write(edits: Edits, group: yaml.MappingNode, name: str, value: Value) -> None:
-    """Replace one value, or insert it into the innermost group around it that the file has."""
-    found = {entry.name: entry for entry in entries(group)}
-    if name in found:
-        edits.replace(found[name], as_yaml(value))
+class _Place(NamedTuple):
+    """A section in which a value may stand.
+
+    Args:
+        group: The parameters of the section.
+        name: The name that the parameter has there.
+        alone: Whether a change there changes nothing else.
+    """
+
+    group: yaml.MappingNode
+    name: str
+    alone: bool
+
+    @property
+    def entries(self) -> dict[str, Entry]:
+        """All parameters of the section by name."""
+        return {entry.name: entry for entry in entries(self.group)}
+
+
+def _write(edits: Edits, places: Sequence[_Place], value: Value) -> None:
+    """Replace the last of the values that several sections give, or insert it into the innermost group around it."""
+    given = [place for place in places if place.name in place.entries]
+    if given and not given[-1].alone:
+        raise ConfigError(f"{given[-1].name}: a section gives it to both costmaps")
+    if given:
+        edits.replace(given[-1].entries[given[-1].name], as_yaml(value))
         return
-    holder, rest = next(_holders(found, name), (None, name))
-    if holder is None:
+    holders = [holder for place in places if place.alone for holder in _holders(place.entries, place.name)]
+    if not holders:
+        name = places[-1].name
         raise ConfigError(f"{name}: the file has no group {name.partition('.')[0]}")
+    holder, rest = min(holders, key=lambda one: one[1].count("."))
     edits.insert(holder, rest, value)
 
 

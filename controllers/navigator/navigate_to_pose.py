@@ -105,7 +105,8 @@ class Blackboard:
         clock: The time at which the tree is.
         paths: Global paths by the names of their variables, ``(n, 3)``.
         followed: Name of the path that is followed.
-        has_planned: Whether there was a path at any time.
+        plan_ends: Positions at which the plans of this run end; empty if there was none.
+        goal_reached: Whether the controller server reached the end of a plan.
         failure: Kind and reason of the last failure of the planner, the smoother or the controller.
         codes: Jazzy's error codes of the last plan, smoothing and path followed, by the names of their variables.
         events: What happened so far, in order.
@@ -115,7 +116,8 @@ class Blackboard:
     clock: Clock = field(default_factory=Clock)
     paths: dict[str, Any] = field(default_factory=dict)
     followed: str = PATH
-    has_planned: bool = False
+    plan_ends: set[tuple[float, float]] = field(default_factory=set)
+    goal_reached: bool = False
     failure: tuple[RunOutcome, str] = ("controller_failure", "")
     codes: dict[str, int] = field(default_factory=dict)
     events: list[Event] = field(default_factory=list)
@@ -135,7 +137,11 @@ class Blackboard:
 
     def has_had_path(self) -> bool:
         """Whether there was a path at any time."""
-        return self.has_planned
+        return bool(self.plan_ends)
+
+    def ends_at_goal(self, path: Any) -> bool:
+        """Whether a path ends where a plan does; a path whose end was cut off does not."""
+        return any(end in self.plan_ends for end in _ends_of(path))
 
     def would_planner_recovery_help(self, code: str = PLANNER_CODE) -> bool:
         """Whether a recovery may help the planner (``WouldAPlannerRecoveryHelp``)."""
@@ -184,7 +190,8 @@ class ComputePathToPose(ActionNode):
         board = self._board
         board.codes[self._code] = outcome.code
         if outcome.result is Result.SUCCEEDED:
-            board.paths[self._path], board.has_planned = outcome.value, True
+            board.paths[self._path] = outcome.value
+            board.plan_ends.update(_ends_of(outcome.value))
             board.log("replan")
             return
         board.paths[self._path] = NO_PATH
@@ -223,12 +230,19 @@ class FollowPath(ActionNode):
         return None if path is self._path or not len(path) else self.make_goal()
 
     def on_result(self, outcome: Outcome) -> None:
-        """Remember why the path could not be followed."""
+        """Remember whether the goal was reached, or why the path could not be followed."""
         board = self._board
         board.codes[self._code] = outcome.code
-        if outcome.result is Result.ABORTED:
+        if outcome.result is Result.SUCCEEDED:
+            board.goal_reached |= board.ends_at_goal(self._path)
+        elif outcome.result is Result.ABORTED:
             board.failure = "controller_failure", outcome.reason
             board.log(*board.failure)
+
+
+def _ends_of(path: Any) -> list[tuple[float, float]]:
+    """Return the position at which a path ends; none if it has no pose."""
+    return [(float(x), float(y)) for x, y, _ in path[-1:]]
 
 
 class ClearCostmap(ServiceNode):

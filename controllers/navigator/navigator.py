@@ -12,6 +12,7 @@ moves smoothly in it, but it drifts.
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass
 from typing import Literal
 
@@ -90,7 +91,7 @@ class Navigator:
             the action at once.
 
     Attributes:
-        status: ``running``, ``succeeded`` (at the goal) or ``failed``.
+        status: ``running``, ``succeeded`` (the goal was reached) or ``failed``.
         failure_kind: What failed, as an episode's outcome.
         failure_reason: Why it failed, in one line.
         events: Replans, failures and recoveries of this run, in order.
@@ -403,14 +404,31 @@ class Navigator:
             self.first_path = self.path
 
     def _finish(self, outcome: Status) -> None:
-        """Record how the run ended."""
-        if outcome is Status.SUCCESS:
+        """Record how the run ended; a tree's success counts only if the goal was reached."""
+        if outcome is Status.SUCCESS and (self._board.goal_reached or self._is_at_goal()):
             self.status = "succeeded"
             return
         self.status = "failed"
+        if outcome is Status.SUCCESS or (self.params.bt.xml and not self._board.failure[1]):
+            self._blame_tree(outcome)
         self.failure_kind, self.failure_reason = self._board.failure
         if self.failure_kind == "planner_failure":
             self._board.log(*self._board.failure)
+
+    def _is_at_goal(self) -> bool:
+        """Whether a new goal checker finds the robot at the goal now."""
+        checker = make_goal_checker(self.params.controller_server.goal_checker)
+        return checker.is_goal_reached(self._robot.pose, self._board.goal, self._robot.odometry)
+
+    def _blame_tree(self, outcome: Status) -> None:
+        """Give the reason where the tree itself is to blame: it succeeded elsewhere, or failed without its servers."""
+        pose, goal = self._robot.pose, self._board.goal
+        place = f"{math.hypot(goal.x - pose.x, goal.y - pose.y):.2f} m from the goal"
+        if outcome is Status.SUCCESS:
+            reason = f"the behaviour tree succeeded {place}, which the goal checker never found reached"
+        else:
+            reason = f"the behaviour tree failed {place}, though neither planner nor controller had failed"
+        self._board.failure = "controller_failure", reason
 
 
 def _is_in_odom(local: CostmapParams) -> bool:

@@ -12,16 +12,19 @@ class Parallel(Control):
     """Ticks all children that have not ended, and ends when enough of them have succeeded, or failed.
 
     It also fails as soon as too few children are left for a success. A number below 0 counts from all of the children
-    down: -1 means all, -2 all but one.
+    down: -1 means all, -2 all but one. Humble counts in each tick anew, along the children: a child that ended in an
+    earlier tick counts only after the children before it have been ticked.
 
     Args:
         *children: The children.
         successes: Number of successes that make the node succeed; not 0.
         failures: Number of failures that make the node fail; not 0.
+        counts_anew: Whether the node counts as Humble's does (BehaviorTree.CPP 3.8).
     """
 
-    def __init__(self, *children: Node, successes: int, failures: int) -> None:
+    def __init__(self, *children: Node, successes: int, failures: int, counts_anew: bool = False) -> None:
         super().__init__(*children)
+        self._counts_anew = counts_anew
         self._successes, self._failures = (
             count if count > 0 else len(children) + 1 + count for count in (successes, failures)
         )
@@ -29,21 +32,20 @@ class Parallel(Control):
 
     def tick(self) -> Status:
         """Tick the children in their order until the node ends."""
-        for child in self.children:
-            if child in self._ended:
-                continue
-            status = child.execute_tick()
-            if status is Status.RUNNING:
-                continue
-            self._ended[child] = status
-            if (end := self._end()) is not None:
+        for index, child in enumerate(self.children):
+            if child not in self._ended:
+                status = child.execute_tick()
+                if status is Status.RUNNING:
+                    continue
+                self._ended[child] = status
+            counted = self.children[: index + 1] if self._counts_anew else self.children
+            if (end := self._end([self._ended[one] for one in counted if one in self._ended])) is not None:
                 self.halt()
                 return end
         return Status.RUNNING
 
-    def _end(self) -> Status | None:
-        """Return how the node ends; None if it does not."""
-        results = list(self._ended.values())
+    def _end(self, results: list[Status]) -> Status | None:
+        """Return how the node ends with these results of its children; None if it does not."""
         succeeded, failed = results.count(Status.SUCCESS), results.count(Status.FAILURE)
         if succeeded >= self._successes:
             return Status.SUCCESS

@@ -165,7 +165,8 @@ class _Builder:
     def parallel(self, ports: Ports, children: list[Node]) -> Node:
         """Make the node that ticks all children."""
         of = "count" if self.is_version_4 else "threshold"
-        return Parallel(*children, successes=ports[f"success_{of}"], failures=ports[f"failure_{of}"])
+        counts = {"successes": ports[f"success_{of}"], "failures": ports[f"failure_{of}"]}
+        return Parallel(*children, **counts, counts_anew=not self.is_version_4)
 
     def speed_controller(self, ports: Ports, child: Node) -> Node:
         """Make a decorator that follows the robot's speed."""

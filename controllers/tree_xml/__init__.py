@@ -1,6 +1,7 @@
 """Behaviour trees in the XML of BehaviorTree.CPP: which nodes are built here, and how a file is read."""
 
-from controllers.tree_xml.includes import read_text
+from controllers.tree_xml.includes import TreeText, read_text
+from controllers.tree_xml.labels import TreeError
 from controllers.tree_xml.nodes import NODES, TreeNode
 from controllers.tree_xml.reading import (
     asked_behaviors,
@@ -18,7 +19,9 @@ from controllers.tree_xml.reading import (
 
 __all__ = [
     "NODES",
+    "TreeError",
     "TreeNode",
+    "TreeText",
     "asked_behaviors",
     "cleared_costmap",
     "cleared_layers",

@@ -29,11 +29,11 @@ def check_variables(tree: TreeNode) -> None:
     known = {"goal": goals, "input_goal": goals, "error_code": codes - {""}}
     known |= dict.fromkeys(("path", "input_path", "unsmoothed_path"), paths - {""})
     for node in nodes:
-        for port in known.keys() & node.ports.keys():
+        for port in [port for port in known if port in node.ports]:
             if node.ports[port] not in known[port]:
                 some = ", ".join(f"{{{name}}}" for name in sorted(known[port])) or "one that a node writes"
                 got = f"{{{node.ports[port]}}}" if node.ports[port] else "none"
-                raise ConfigError(f"{node.name}.{port}: expected {some}, got {got}")
+                raise ConfigError(f"{node.label}.{port}: expected {some}, got {got}")
     if not any(node.name == "FollowPath" for node in nodes):
         raise ConfigError("expected a node FollowPath, got none: nothing drives the robot to the goal")
 
@@ -56,17 +56,17 @@ def check_values(tree: TreeNode) -> None:
 def _check_costmap(node: TreeNode) -> None:
     if not any(of in node.ports["service_name"] for of in COSTMAPS):
         expected = " or ".join(f"{of}/{CLEARS[node.name]}_{of}" for of in COSTMAPS)
-        raise ConfigError(f"{node.name}.service_name: expected {expected}, got {node.ports['service_name']!r}")
+        raise ConfigError(f"{node.label}.service_name: expected {expected}, got {node.ports['service_name']!r}")
 
 
 def _check_speeds(node: TreeNode) -> None:
     for of in ("rate", "speed"):
         if node.ports[f"min_{of}"] >= node.ports[f"max_{of}"]:
-            raise ConfigError(f"{node.name}.min_{of}: expected less than max_{of}, got {node.ports[f'min_{of}']:g}")
+            raise ConfigError(f"{node.label}.min_{of}: expected less than max_{of}, got {node.ports[f'min_{of}']:g}")
 
 
 def _check_counts(node: TreeNode) -> None:
     most = len(node.children)
     for port, count in node.ports.items():
         if not (1 <= count <= most or -most <= count <= -1):
-            raise ConfigError(f"{node.name}.{port}: expected 1 to {most}, or -{most} to -1, got {count}")
+            raise ConfigError(f"{node.label}.{port}: expected 1 to {most}, or -{most} to -1, got {count}")

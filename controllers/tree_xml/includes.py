@@ -2,8 +2,9 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Mapping
 from pathlib import Path
+from typing import NamedTuple
 from xml.etree.ElementTree import Element, ParseError, tostring
 
 from defusedxml.common import DefusedXmlException
@@ -46,8 +47,20 @@ def _refuse_depth(root: Element) -> None:
         raise ConfigError(f"expected a tree of at most {DEEPEST} nodes from top to bottom, got a deeper one")
 
 
-def read_text(file: Path, locate: Locate) -> str:
-    """Return the text of a tree's file; if it includes other files, that of one file with all of their trees.
+class TreeText(NamedTuple):
+    """The text of a tree's file.
+
+    Args:
+        xml: The text; if the file includes other files, that of one file with all of their trees.
+        files: The file of each tree, by the ID of the tree.
+    """
+
+    xml: str
+    files: Mapping[str, Path]
+
+
+def read_text(file: Path, locate: Locate) -> TreeText:
+    """Return the text of a tree's file, with the trees of the files that it includes.
 
     A file that is included twice counts once.
 
@@ -60,12 +73,22 @@ def read_text(file: Path, locate: Locate) -> str:
     """
     reader = _Files(locate)
     xml = reader.read(file)
-    root = parse_xml(xml)
+    root = _parse_file(xml, file.name)
     if root.find("include") is None:
-        return xml
+        return TreeText(xml, {})
     whole = Element("root", root.attrib)
-    whole.extend(list(reader.trees(root, file.parent)))
-    return tostring(whole, encoding="unicode")
+    found = list(reader.trees(root, file))
+    whole.extend(element for element, _ in found)
+    files = {element.get("ID", ""): origin for element, origin in found}
+    return TreeText(tostring(whole, encoding="unicode"), files)
+
+
+def _parse_file(xml: str, name: str) -> Element:
+    """Return the element ``root`` of a file, which errors name."""
+    try:
+        return parse_xml(xml)
+    except ConfigError as error:
+        raise ConfigError(f"{name}: {error}") from None
 
 
 class _Files:
@@ -87,22 +110,16 @@ class _Files:
         except (OSError, UnicodeDecodeError):
             raise ConfigError(f"{file}: expected a text file") from None
 
-    def trees(self, root: Element, folder: Path) -> Iterator[Element]:
-        """Yield the trees of a file and of those that it includes, in the order in which they stand there."""
+    def trees(self, root: Element, file: Path) -> Iterator[tuple[Element, Path]]:
+        """Yield the trees of a file and of those that it includes, each with its file, in their order."""
         for element in root:
             if element.tag == "BehaviorTree":
-                yield element
+                yield element, file
             if element.tag == "include":
-                yield from self._included(element, folder)
+                yield from self._included(element, file.parent)
 
-    def _included(self, include: Element, folder: Path) -> Iterator[Element]:
+    def _included(self, include: Element, folder: Path) -> Iterator[tuple[Element, Path]]:
         package, path = include.get("ros_pkg"), include.get("path", "")
         file = self._locate(f"$(find-pkg-share {package})/{path}" if package else path, folder)
-        if file.resolve() in self._seen:
-            return
-        xml = self.read(file)
-        try:
-            root = parse_xml(xml)
-        except ConfigError as error:
-            raise ConfigError(f"{path}: {error}") from None
-        yield from self.trees(root, file.parent)
+        if file.resolve() not in self._seen:
+            yield from self.trees(_parse_file(self.read(file), path), file)

@@ -32,6 +32,10 @@ class Times(NamedTuple):
     """A port with a whole number above 0, or -1 for no end; it has to be given."""
 
 
+class Whole(NamedTuple):
+    """A port with a whole number; it has to be given."""
+
+
 class Milliseconds(NamedTuple):
     """A port with a whole number of milliseconds; it has to be given."""
 
@@ -62,7 +66,7 @@ class Name(NamedTuple):
     default: str = ""
 
 
-Port = Number | Above | Times | Milliseconds | Switch | Variable | Key | Text | Name
+Port = Number | Above | Times | Whole | Milliseconds | Switch | Variable | Key | Text | Name
 
 
 class NodeType(NamedTuple):
@@ -86,11 +90,13 @@ class TreeNode(NamedTuple):
         name: Its type, one of :data:`NODES`.
         ports: The values of all its ports.
         children: Its children, in order.
+        label: Its type and the name that the tree gives it, for messages.
     """
 
     name: str
     ports: Mapping[str, Any]
     children: tuple[TreeNode, ...]
+    label: str
 
     def walk(self) -> Iterator[TreeNode]:
         """Yield the node and all below it."""
@@ -162,7 +168,7 @@ NODES: dict[str, NodeType] = {
     "Parallel": NodeType(
         SOME,
         {
-            "success_threshold": Number(-1),
+            "success_threshold": Whole(),
             "failure_threshold": Number(1),
             "success_count": Number(-1),
             "failure_count": Number(1),

@@ -10,6 +10,7 @@ from xml.etree.ElementTree import Element
 from controllers.releases import RELEASES, Release
 from controllers.tree_xml.checks import COSTMAPS, WRITTEN_CODES, check_values, check_variables
 from controllers.tree_xml.includes import DEEPEST, parse_xml
+from controllers.tree_xml.labels import TreeError, label_of, type_of
 from controllers.tree_xml.nodes import (
     BEHAVIOR_NODES,
     CANCELS,
@@ -20,14 +21,13 @@ from controllers.tree_xml.nodes import (
     WITHOUT_EFFECT,
     Name,
     TreeNode,
+    Whole,
 )
 from controllers.tree_xml.scopes import Constants, Scope
 from controllers.tree_xml.unbuilt import CONDITIONS, NO_SCRIPTS, UNBUILT
 from controllers.tree_xml.values import value_of
-from gym_mapbench.errors import ConfigError, unknown_name
+from gym_mapbench.errors import ConfigError, nearest_name, unknown_name
 
-COMPACT = ("Action", "Condition", "Control", "Decorator")
-"""Elements that name their node by ``ID``."""
 SUBTREES = ("SubTree", "SubTreePlus")
 SMOOTH = "SmoothPath"
 SMOOTHER = "smoother_id"
@@ -154,8 +154,13 @@ class _Reader:
             raise unknown_name("tree", name, self._trees)
         inside = list(self._trees[name])
         if len(inside) != 1:
-            raise ConfigError(f"BehaviorTree {name}: expected one node in it, got {len(inside)}")
-        return self._node(inside[0], scope)
+            raise TreeError(f"BehaviorTree {name}: expected one node in it, got {len(inside)}", name)
+        try:
+            return self._node(inside[0], scope)
+        except TreeError:
+            raise
+        except ConfigError as error:
+            raise TreeError(str(error), name) from None
 
     def refuse_late_names(self, tree: TreeNode) -> None:
         """Refuse names that change during the run, as a ``SetBlackboard`` behind their node sets them."""
@@ -163,52 +168,63 @@ class _Reader:
         for node in tree.walk():
             for port, value in node.ports.items():
                 if isinstance(NODES[node.name].ports[port], Name) and value in late:
-                    raise ConfigError(f"{node.name}.{port}: expected a name that does not change, got {value}")
+                    raise ConfigError(f"{node.label}.{port}: expected a name that does not change, got {value}")
 
     def _node(self, element: Element, scope: Scope) -> TreeNode:
         self._depth += 1
         self._nodes += 1
         if self._depth > DEEPEST or self._nodes > MOST_NODES:
             raise ConfigError(f"expected at most {MOST_NODES} nodes, {DEEPEST} deep, got more")
-        name = element.get("ID", "") if element.tag in COMPACT else element.tag
-        self._refuse_scripts(name, element)
+        name = type_of(element)
+        self._refuse_scripts(element)
         node = self._subtree(element, scope) if name in SUBTREES else self._known_node(name, element, scope)
         self._depth -= 1
         return node
 
-    def _refuse_scripts(self, name: str, element: Element) -> None:
-        for key in CONDITIONS.intersection(element.keys()) if self._release != "humble" else ():
-            raise ConfigError(f"{name}.{key}: {NO_SCRIPTS}")
+    def _refuse_scripts(self, element: Element) -> None:
+        for key in [key for key in element.attrib if key in CONDITIONS and self._release != "humble"]:
+            raise ConfigError(f"{label_of(element)}.{key}: {NO_SCRIPTS}")
 
     def _known_node(self, name: str, element: Element, scope: Scope) -> TreeNode:
-        known = [other for other, node_type in NODES.items() if self._release in node_type.releases]
-        if name in UNBUILT:
-            raise ConfigError(f"{name}: {UNBUILT[name]}")
-        if name not in known:
-            raise unknown_name("node", name, known)
+        label = label_of(element)
+        self._refuse_unbuilt(name, label)
         node_type = NODES[name]
         ports = self._ports(name, element, scope)
         children = tuple(self._node(child, scope) for child in element)
         if len(children) != node_type.children and not (node_type.children < 0 and children):
             expected = "one or more" if node_type.children < 0 else node_type.children
-            raise ConfigError(f"{name}: expected {expected} children, got {len(children)}")
-        return TreeNode(name, ports, children)
+            raise ConfigError(f"{label}: expected {expected} children, got {len(children)}")
+        return TreeNode(name, ports, children, label)
+
+    def _refuse_unbuilt(self, name: str, label: str) -> None:
+        """Refuse a node that is not built here, or that the release does not have."""
+        known = [other for other, node_type in NODES.items() if self._release in node_type.releases]
+        if name in UNBUILT:
+            raise ConfigError(f"{label}: {UNBUILT[name]}")
+        if name in NODES and name not in known:
+            having = " and ".join(release.capitalize() for release in NODES[name].releases)
+            raise ConfigError(f"{label}: a node of {having}, which {self._release.capitalize()} does not have")
+        if name not in known:
+            near = nearest_name(name, known)
+            raise ConfigError(f"{label}: a node that is not built here" + (f"; did you mean {near!r}?" if near else ""))
 
     def _ports(self, name: str, element: Element, scope: Scope) -> dict[str, Any]:
         """Return the values of all ports of a node."""
-        ports = NODES[name].ports
+        ports, label = NODES[name].ports, label_of(element)
         given = {key: value for key, value in element.items() if key not in WITHOUT_EFFECT}
         known = {*ports, *(() if NODES[name].children else ("error_code_id",))}
         known = {key for key in known if self._release in PORT_RELEASES.get(key, RELEASES)}
         for key in given:
             if key not in known:
-                raise ConfigError(f"{name}: {unknown_name('port', key, known)}")
+                raise ConfigError(f"{label}: {unknown_name('port', key, known)}")
         values = {}
         for key, port in ports.items():
+            if isinstance(port, Whole) and key not in known:
+                continue
             try:
                 values[key] = value_of(key, port, given.get(key), scope, self._constants)
             except ConfigError as error:
-                raise ConfigError(f"{name}.{key}: {error}") from None
+                raise ConfigError(f"{label}.{key}: {error}") from None
         if name == "SetBlackboard":
             self._constants.assign(values["output_key"], values["value"])
         return values

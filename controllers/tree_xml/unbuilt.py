@@ -5,6 +5,7 @@ from __future__ import annotations
 NO_ROUTES = "there is no route server here"
 ONE_GOAL = "there is one goal here, not several"
 NO_SCRIPTS = "scripts are not built here"
+OF_LIBRARY = "a node of BehaviorTree.CPP that is not built here"
 NO_POSES = "poses other than the goal are not built here"
 
 UNBUILT = {
@@ -42,6 +43,36 @@ UNBUILT = {
     ),
     **dict.fromkeys(("AssistedTeleop", "CancelAssistedTeleop"), "nobody steers the robot here"),
     **dict.fromkeys(("Script", "ScriptCondition", "Precondition"), NO_SCRIPTS),
+    **dict.fromkeys(
+        (
+            "AsyncFallback",
+            "AsyncSequence",
+            "BlackboardCheckBool",
+            "BlackboardCheckDouble",
+            "BlackboardCheckInt",
+            "BlackboardCheckString",
+            "IfThenElse",
+            "LoopBool",
+            "LoopDouble",
+            "LoopInt",
+            "LoopString",
+            "ManualSelector",
+            "ParallelAll",
+            "RunOnce",
+            "SkipUnlessUpdated",
+            "Sleep",
+            "Switch2",
+            "Switch3",
+            "Switch4",
+            "Switch5",
+            "Switch6",
+            "UnsetBlackboard",
+            "WaitValueUpdate",
+            "WasEntryUpdated",
+            "WhileDoElse",
+        ),
+        OF_LIBRARY,
+    ),
     "NavigateToPose": "a tree that starts another tree is not built here",
     "ReinitializeGlobalLocalization": "there is no global localisation to start here",
 }

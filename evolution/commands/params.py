@@ -8,13 +8,14 @@ from pathlib import Path
 from controllers.nav2_params import advise, parse_nav2_params, robot_of, summarise
 from controllers.nav2_params.document import read_document
 from controllers.nav2_params.migration import Migration, migrate_file
-from controllers.nav2_params.tree_file import moved_trees
+from controllers.nav2_params.tree_file import kept_trees, moved_trees
 from controllers.releases import RELEASES
 from evolution.commands import options
 from evolution.commands.console import console, note
 from evolution.commands.parameter_file import add_reading_options, read_parameter_file
 from evolution.files import counted, write_text
 from gym_mapbench.errors import ConfigError
+from gym_mapbench.files.documents import parse_yaml
 from gym_mapbench.world.robot import RobotSpec, make_robot
 
 EXAMPLES = """  mapbench params check nav2_params.yaml
@@ -72,6 +73,7 @@ def _convert(args: argparse.Namespace) -> int:
         write_text(Path(args.out), migration.text)
         _move_trees(Path(args.file), Path(args.out))
     _report(args.file, migration)
+    _tell_trees(Path(args.file), migration)
     if args.out is not None:
         _read_again(args.out, migration)
     return 0
@@ -83,6 +85,17 @@ def _move_trees(source: Path, target: Path) -> None:
     for name, xml in moved_trees(values, source.parent, target.parent).items():
         write_text(target.parent / name, xml)
         note(f"{target.parent / name}: the behaviour tree of {source}")
+
+
+def _tell_trees(source: Path, migration: Migration) -> None:
+    """Say which behaviour trees the file names: they stay those of the distribution for which they were written."""
+    if migration.source == migration.target:
+        return
+    values, _ = parse_yaml(migration.text, source)
+    for name, why in kept_trees(values, source.parent, migration.target).items():
+        refusal = f"; Nav2 {migration.target.capitalize()} does not take it: {why}" if why else ""
+        stays = f"it stays one of Nav2 {migration.source.capitalize()}{refusal}"
+        note(f"{name}: the behaviour tree is not converted, {stays}")
 
 
 def _report(name: str, migration: Migration) -> None:

@@ -2,6 +2,9 @@
 
 from __future__ import annotations
 
+import os
+import subprocess
+import sys
 from pathlib import Path
 
 import pytest
@@ -13,6 +16,7 @@ from controllers.nav2_params.migration import migrate_file
 from controllers.nav2_params.yaml_edits import Edits, entries
 from tests.oracle_data import DATA, needs_data
 
+RPP = "nav2_regulated_pure_pursuit_controller::RegulatedPurePursuitController"
 EXAMPLE = Path(__file__).resolve().parents[2] / "examples" / "nav2_params.yaml"
 JAZZY = """
 controller_server:
@@ -307,3 +311,21 @@ def test_published_files_keep_their_meaning_on_the_way_through_lyrical(path, tmp
     for name, plugin in first.navigation.controllers.items():
         ours, theirs = plugin.params, back.navigation.controllers[name].params
         assert {key for key in ours if ours[key] != theirs[key]} <= lost | {"ObstaclesCritic"}
+
+
+@pytest.mark.parametrize("seed", ["1", "4", "7"])
+def test_the_report_has_one_order_whatever_the_seed_of_hashes(tmp_path, seed):
+    names = ("min_linear_vel", "max_angular_vel", "max_linear_accel", "max_linear_decel", "max_angular_decel")
+    path = tmp_path / "nav2_params.yaml"
+    controller = {"plugin": RPP, **dict.fromkeys(names, 1.0)}
+    server = {"controller_plugins": ["FollowPath"], "FollowPath": controller}
+    path.write_text(yaml.safe_dump({"controller_server": {"ros__parameters": server}}, sort_keys=False))
+    script = (
+        "import sys; from controllers.nav2_params.migration import migrate_file; "
+        "print(*migrate_file(sys.argv[1], 'lyrical', 'jazzy').done, sep='\\n')"
+    )
+    environment = {**os.environ, "PYTHONHASHSEED": seed}
+    command = [sys.executable, "-c", script, path]
+    said = subprocess.run(command, env=environment, capture_output=True, text=True, check=True)
+    assert said.stdout.splitlines() == list(migrate_file(path, "lyrical", "jazzy").done)
+    assert "max_linear_accel: counts in Lyrical" in said.stdout

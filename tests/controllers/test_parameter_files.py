@@ -1228,10 +1228,8 @@ def test_a_wildcard_for_a_costmap_and_the_costmap_itself_are_one_section():
     assert not read.findings
 
 
-def test_a_controller_for_every_node_is_not_converted(write):
-    """Its parameters would stay those of the older release without a word."""
+def test_a_controller_for_every_node_without_its_list_is_not_converted_to_lyrical(write):
+    """The path handler would not know which controllers it cuts the plan for."""
     path = write(yaml.safe_dump({"/**": node(FollowPath=RPP), "controller_server": node()}))
-    with pytest.raises(
-        ConfigError, match=r"/\*\*\.FollowPath: expected under controller_server, got a section for several"
-    ):
+    with pytest.raises(ConfigError, match=r"/\*\*\.FollowPath: expected beside controller_plugins, or under contr"):
         migrate_file(path, "lyrical")

@@ -103,6 +103,16 @@ def test_an_include_that_does_not_fit_is_told(tmp_path, text, why):
     assert why in finding.why
 
 
+def test_a_node_that_is_not_built_is_told_with_its_name_and_the_file_in_which_it_is(tmp_path):
+    (tmp_path / "behavior_trees").mkdir()
+    gripper = '<Action ID="CloseGripper" name="grip the box"/>'
+    (tmp_path / "behavior_trees" / "drive.xml").write_text(INCLUDED.replace(PLAN, gripper + PLAN))
+    read = with_includes(tmp_path, '<include path="drive.xml"/>')
+    (finding,) = (one for one in read.findings if one.kind == "left_out")
+    why = "drive.xml: CloseGripper 'grip the box': a node that is not built here; Nav2's default tree drives here"
+    assert finding.why == why
+
+
 def test_files_that_include_one_another_without_end_are_told(tmp_path):
     (tmp_path / "behavior_trees").mkdir()
     for number in range(1000):
@@ -145,12 +155,26 @@ def test_a_tree_misses_the_behaviours_that_it_runs_or_cancels(tmp_path):
     assert read.named("missing") == ("behavior_server.wait", "behavior_server.drive_on_heading")
 
 
+def test_a_tree_misses_the_controller_that_it_names(tmp_path):
+    tree = xml_of(f"<Sequence>{PLAN}{FOLLOW}</Sequence>").replace('"FollowPath"', '"FolowPath"')
+    server = node(controller_plugins=["FollowPath"], FollowPath={"plugin": RPP})
+    (missing,) = (one for one in with_tree(tmp_path, tree, controller_server=server).findings if one.kind == "missing")
+    assert (missing.name, missing.why) == (
+        "controller_server.FolowPath",
+        "expected in controller_plugins, got 'FollowPath'",
+    )
+
+
 @pytest.mark.parametrize(
     ("place", "tree", "why"),
     [
         ("elsewhere.xml", "", "expected the file behavior_trees/mine.xml in the package or beside the parameter file"),
         ("behavior_trees/mine.xml", "<root", "not an XML file"),
-        ("behavior_trees/mine.xml", xml_of(f"<Sequence>{PLAN}<DockRobot/>{FOLLOW}</Sequence>"), "node 'DockRobot'"),
+        (
+            "behavior_trees/mine.xml",
+            xml_of(f"<Sequence>{PLAN}<DockRobot/>{FOLLOW}</Sequence>"),
+            "mine.xml: DockRobot: a node that is not built here;",
+        ),
     ],
 )
 def test_a_tree_that_cannot_drive_here_is_left_out_with_the_reason(tmp_path, place, tree, why):
@@ -180,7 +204,7 @@ def test_numbers_of_the_default_tree_are_refused_beside_a_tree():
     tree = xml_of(f"<Sequence>{PLAN}{FOLLOW}</Sequence>")
     with pytest.raises(ConfigError, match=r"bt\.replanning_frequency: expected it in the XML of the tree"):
         NavigationParams(bt={"xml": tree, "replanning_frequency": 2.0})
-    with pytest.raises(ConfigError, match=r"bt\.xml: unknown node 'SequenceStar'"):
+    with pytest.raises(ConfigError, match=r"bt\.xml: SequenceStar: a node of Humble, which Jazzy does not"):
         NavigationParams(release="jazzy", bt={"xml": tree.replace("Sequence", "SequenceStar")})
 
 

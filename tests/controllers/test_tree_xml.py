@@ -28,6 +28,19 @@ def test_ports_that_are_not_given_have_nav2s_defaults():
     assert (backup.ports["backup_dist"], backup.ports["backup_speed"], wait.ports["wait_duration"]) == (0.15, 0.025, 1)
 
 
+@pytest.mark.parametrize(
+    ("release", "given", "found"),
+    [
+        ("humble", 'success_threshold="-1"', {"success_threshold": -1, "failure_threshold": 1}),
+        ("jazzy", "", {"success_count": -1, "failure_count": 1}),
+        ("lyrical", 'failure_count="-2"', {"success_count": -1, "failure_count": -2}),
+    ],
+)
+def test_a_parallel_has_the_ports_of_its_release(release, given, found):
+    ports = read_tree(xml_of(f"<Parallel {given}>{DRIVE}<Wait/></Parallel>"), release).ports
+    assert {key: ports[key] for key in found} == found
+
+
 def test_a_retry_without_end_and_an_infinite_distance_are_read():
     cut = '<TruncatePathLocal output_path="{part}" max_robot_pose_search_dist="inf"/>'
     retry = f'<RetryUntilSuccesful num_attempts="-1"><Sequence>{PLAN}{cut}{FOLLOW}</Sequence></RetryUntilSuccesful>'
@@ -99,8 +112,16 @@ def test_selectors_name_the_plugins_of_variables():
         ('<!DOCTYPE a [<!ENTITY b "c">]><root/>', "humble", "plain XML"),
         (xml_of(DRIVE).replace('execute="Main"', 'execute="Man"'), "humble", "unknown tree 'Man'; did you mean 'Main'"),
         (xml_of(""), "humble", "BehaviorTree Main: expected one node in it, got 0"),
-        (xml_of(f"<Sequence>{DRIVE}<Spinn/></Sequence>"), "humble", "unknown node 'Spinn'; did you mean 'Spin'"),
-        (xml_of(f"<SequenceWithMemory>{DRIVE}</SequenceWithMemory>"), "humble", "unknown node 'SequenceWithMemory'"),
+        (
+            xml_of(f"<Sequence>{DRIVE}<Spinn/></Sequence>"),
+            "humble",
+            "Spinn: a node that is not built here; did you mean 'Spin'",
+        ),
+        (
+            xml_of(f"<SequenceWithMemory>{DRIVE}</SequenceWithMemory>"),
+            "humble",
+            "SequenceWithMemory: a node of Jazzy and Lyrical",
+        ),
         (xml_of(f"<Inverter>{DRIVE}{DRIVE}</Inverter>"), "humble", "Inverter: expected 1 children, got 2"),
         (
             xml_of(f"<Sequence>{DRIVE}<Fallback/></Sequence>"),
@@ -111,6 +132,26 @@ def test_selectors_name_the_plugins_of_variables():
             xml_of(f'<RateController hz="fast">{DRIVE}</RateController>'),
             "humble",
             "RateController.hz: expected a number",
+        ),
+        (
+            xml_of(f'<RateController name="Slow" hz="fast">{DRIVE}</RateController>'),
+            "humble",
+            "RateController 'Slow'.hz: expected a number, got 'fast'",
+        ),
+        (
+            xml_of(f'<Inverter name="not yet">{DRIVE}{DRIVE}</Inverter>'),
+            "humble",
+            "Inverter 'not yet': expected 1 children, got 2",
+        ),
+        (
+            xml_of(f'<IfThenElse name="which way">{DRIVE}<Wait/></IfThenElse>'),
+            "humble",
+            "IfThenElse 'which way': a node of BehaviorTree.CPP that is not built here",
+        ),
+        (
+            xml_of(f'<Sequence>{PLAN}<FollowPath name="go" path="{{way}}"/></Sequence>'),
+            "humble",
+            "FollowPath 'go'.path: expected {path}, got {way}",
         ),
         (xml_of(f'<RateController hz="0">{DRIVE}</RateController>'), "humble", "hz: expected a number above 0, got 0"),
         (xml_of(f'<RateController rate="1">{DRIVE}</RateController>'), "humble", "unknown port 'rate'"),
@@ -183,6 +224,11 @@ def test_selectors_name_the_plugins_of_variables():
         ),
         (xml_of(f'<Parallel success_count="1">{DRIVE}</Parallel>'), "humble", "unknown port 'success_count'"),
         (
+            xml_of(f'<Parallel failure_threshold="1">{DRIVE}</Parallel>'),
+            "humble",
+            "Parallel.success_threshold: expected a whole number, got none",
+        ),
+        (
             xml_of(f'<Sequence><ClearCostmapAroundRobot service_name="x"/>{DRIVE}</Sequence>'),
             "humble",
             "expected local_costmap/clear_around_local_costmap or global_costmap/clear_around_global_costmap, got 'x'",
@@ -211,12 +257,12 @@ def test_selectors_name_the_plugins_of_variables():
         (
             xml_of(f'<Sequence><ProgressCheckerSelector selected_progress_checker="{{a}}"/>{DRIVE}</Sequence>'),
             "humble",
-            "unknown node 'ProgressCheckerSelector'",
+            "ProgressCheckerSelector: a node of Jazzy and Lyrical",
         ),
         (
             xml_of(f'<Sequence><PathHandlerSelector selected_path_handler="{{a}}"/>{DRIVE}</Sequence>'),
             "jazzy",
-            "unknown node 'PathHandlerSelector'",
+            "PathHandlerSelector: a node of Lyrical, which Jazzy does not have",
         ),
         (subtrees(40), "humble", "at most 10000 nodes, 100 deep"),
         (xml_of(f"<RetryUntilSuccessful>{DRIVE}</RetryUntilSuccessful>"), "humble", "or -1 for no end, got none"),

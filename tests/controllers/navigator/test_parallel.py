@@ -54,6 +54,14 @@ def test_a_halt_forgets_who_has_ended():
     assert (first.ticks, second.halts) == (2, 1)
 
 
+@pytest.mark.parametrize(("counts_anew", "end", "ticks_of_second"), [(True, F, 2), (False, S, 1)])
+def test_humble_counts_a_child_that_has_ended_only_in_its_turn(counts_anew, end, ticks_of_second):
+    first, second, third = Scripted(R, S), Scripted(R, F), Scripted(S, S)
+    parallel = Parallel(first, second, third, successes=2, failures=1, counts_anew=counts_anew)
+    assert ticks(parallel, 2) == [R, end]
+    assert second.ticks == ticks_of_second
+
+
 @given(
     st.lists(st.lists(st.sampled_from([R, S, F]), min_size=1, max_size=4), min_size=1, max_size=4),
     st.integers(1, 4),

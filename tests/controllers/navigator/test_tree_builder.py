@@ -1,5 +1,7 @@
 from __future__ import annotations
 
+import re
+
 import numpy as np
 import pytest
 
@@ -30,6 +32,9 @@ from tests.controllers.trees import FOLLOW, PLAN, default_xml, xml_of
 
 START, GOAL = Pose(0.5, 0.5, 0.5), Pose(4.5, 2.4, 0.0)
 STRAIGHT = np.column_stack([np.arange(0.0, 10.0, 0.5), np.zeros(20), np.zeros(20)])
+
+CUT = '<TruncatePath input_path="{path}" output_path="{part}" distance="1.5"/>'
+SMOOTH = '<SmoothPath unsmoothed_path="{path}" smoothed_path="{smooth}"/>'
 
 
 class Robot:
@@ -278,6 +283,54 @@ class TestTreesOfUsers:
         assert navigator.status == "succeeded"
         assert replans(navigator)[0] < 0.1
         assert navigator.follower.calls("compute")[0][1] >= 1.0
+
+    @pytest.mark.parametrize("latency", ["ideal", "nav2"])
+    @pytest.mark.parametrize("release", RELEASES)
+    @pytest.mark.parametrize(
+        "inside",
+        [
+            f"<Fallback><AlwaysSuccess/><Sequence>{PLAN}{FOLLOW}</Sequence></Fallback>",
+            f"<Sequence>{PLAN}<ForceSuccess><Timeout msec='1000'>{FOLLOW}</Timeout></ForceSuccess></Sequence>",
+            f"<Sequence>{PLAN}{CUT}{FOLLOW.replace('{path}', '{part}')}</Sequence>",
+        ],
+    )
+    def test_a_success_far_from_the_goal_is_a_failure_with_a_reason(self, release, latency, inside):
+        navigator = run_of(xml_of(inside), release, latency=latency)
+        assert (navigator.status, navigator.failure_kind) == ("failed", "controller_failure")
+        assert re.fullmatch(
+            r"the behaviour tree succeeded \d\.\d\d m from the goal, which the goal checker never found reached",
+            navigator.failure_reason,
+        )
+        assert all(event.kind != "controller_failure" for event in navigator.events)
+
+    @pytest.mark.parametrize("release", RELEASES)
+    def test_a_tree_that_fails_by_itself_gives_a_reason(self, release):
+        navigator = run_of(xml_of(f"<Sequence>{PLAN}<AlwaysFailure/>{FOLLOW}</Sequence>"), release)
+        assert (navigator.status, navigator.failure_kind) == ("failed", "controller_failure")
+        assert re.fullmatch(
+            r"the behaviour tree failed 4\.\d\d m from the goal, though neither planner nor controller had failed",
+            navigator.failure_reason,
+        )
+
+    @pytest.mark.parametrize("release", RELEASES)
+    @pytest.mark.parametrize(
+        "inside",
+        [
+            f"<Sequence>{PLAN}{FOLLOW}<BackUp backup_dist='1.0' backup_speed='0.2'/></Sequence>",
+            f"<Sequence>{PLAN}{SMOOTH}{FOLLOW.replace('{path}', '{smooth}')}</Sequence>",
+        ],
+    )
+    def test_the_goal_is_reached_where_the_goal_checker_once_said_so(self, release, inside):
+        assert run_of(xml_of(inside), release, latency="nav2").status == "succeeded"
+
+    @pytest.mark.parametrize(("start", "status"), [(GOAL._replace(x=4.4), "succeeded"), (START, "failed")])
+    def test_a_tree_without_a_followed_path_succeeds_where_the_goal_checker_finds_the_robot(self, start, status):
+        params = plain_navigation(recoveries=True)
+        xml = xml_of(f"<Fallback><AlwaysSuccess/><Sequence>{PLAN}{FOLLOW}</Sequence></Fallback>")
+        navigator = Navigator(PlainFollower(), params.replace(bt=params.bt.replace(xml=xml)), "plain")
+        navigator.reset(context(OPEN, start, GOAL))
+        Drive(navigator, start).run(3)
+        assert navigator.status == status
 
     def test_recoveries_have_the_numbers_of_the_tree(self):
         tree = xml_of(

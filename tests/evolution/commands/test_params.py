@@ -325,3 +325,36 @@ def test_convert_brings_the_tree_that_the_new_folder_lacks(tmp_path, capsys, nam
         ]
     assert "mine.xml: the behaviour tree of" in capsys.readouterr().err
     assert sorted(path.name for path in tmp_path.glob("*/*.xml")) == ["mine.xml"]
+
+
+@pytest.mark.parametrize(
+    ("inside", "refusal"),
+    [
+        (f"<Sequence>{PLAN}{FOLLOW}</Sequence>", ""),
+        (
+            f"<SequenceStar name='main'>{PLAN}{FOLLOW}</SequenceStar>",
+            "; Nav2 Jazzy does not take it: mine.xml: SequenceStar 'main': a node of Humble, which Jazzy does not have",
+        ),
+        (None, "; Nav2 Jazzy does not take it: expected the file trees/mine.xml in the package or beside the par"),
+    ],
+)
+def test_convert_says_that_a_tree_is_not_converted(tmp_path, capsys, inside, refusal):
+    (tmp_path / "trees").mkdir()
+    if inside is not None:
+        (tmp_path / "trees" / "mine.xml").write_text(xml_of(inside))
+    file = tmp_path / "mine.yaml"
+    file.write_text("bt_navigator: {ros__parameters: {default_nav_to_pose_bt_xml: trees/mine.xml}}\n")
+    name = "bt_navigator.default_nav_to_pose_bt_xml"
+    assert main(["params", "convert", str(file), "--to", "jazzy", "--nav2", "humble"]) == 0
+    told = capsys.readouterr().err.splitlines()
+    expected = f"{name}: the behaviour tree is not converted, it stays one of Nav2 Humble{refusal}"
+    assert any(line.startswith(expected) for line in told)
+    assert main(["params", "convert", str(file), "--to", "humble", "--nav2", "humble"]) == 0
+    assert "not converted" not in capsys.readouterr().err
+
+
+def test_convert_says_nothing_of_trees_that_nav2_brings(tmp_path, capsys):
+    file, brought = tmp_path / "mine.yaml", "$(find-pkg-share nav2_bt_navigator)/behavior_trees/follow_point.xml"
+    file.write_text(f"bt_navigator: {{ros__parameters: {{default_nav_to_pose_bt_xml: {brought}}}}}\n")
+    assert main(["params", "convert", str(file), "--to", "jazzy", "--nav2", "humble"]) == 0
+    assert "not converted" not in capsys.readouterr().err

@@ -95,6 +95,18 @@ def test_it_prints_the_changes_and_the_verdict(folder, done, capsys):
     assert f"look at {done / 'report.html'}" in printed.replace("\n", " ")
 
 
+@pytest.mark.parametrize("section", ["/**", "/robot_1/controller_server", "/robot_1/**"])
+def test_a_controller_of_a_wildcard_or_a_namespace_is_tuned_where_it_stands(folder, tmp_path, section):
+    own = tmp_path / "mine.yaml"
+    own.write_text(Path(FILE).read_text().replace("\ncontroller_server:", f"\n{section}:"))
+    (tmp_path / "ahead.yaml").write_text("parameters: {lookahead_dist: {low: 0.2, high: 1.2}}")
+    out = ["--params", str(own), "--out", str(tmp_path / "out")]
+    assert main(arguments(folder, *out, "--space", str(tmp_path / "ahead.yaml"), controller="Pursuit")) == 0
+    tuned = (tmp_path / "out/nav2_params.yaml").read_text()
+    assert f"\n{section}:" in tuned
+    assert re.sub(r"lookahead_dist: [\d.]+", "lookahead_dist: 0.5", tuned) == own.read_text()
+
+
 def test_a_users_file_keeps_its_comments(folder, tmp_path):
     own = tmp_path / "mine.yaml"
     own.write_text(Path(FILE).read_text().replace("lookahead_dist: 0.5", "lookahead_dist: 0.5  # mine"))

@@ -2,11 +2,14 @@
 
 from __future__ import annotations
 
+import pytest
+
 from controllers.nav2_params import read_nav2_params
 from evolution.driving import ParameterFile
 from evolution.tuning import text_of_file
 from tests.controllers.trees import FOLLOW, PLAN, xml_of
 
+RPP = "nav2_regulated_pure_pursuit_controller::RegulatedPurePursuitController"
 FILE = """bt_navigator:
   ros__parameters:
     default_nav_to_pose_bt_xml: $(find-pkg-share mine)/trees/mine.xml
@@ -36,3 +39,60 @@ def test_a_tuned_file_keeps_its_own_behaviour_tree(tmp_path):
     assert tuned.bt.xml == tree
     assert tuned.controller_server.goal_checker.xy_goal_tolerance == 0.1
     assert tuned.controllers["FollowPath"].params["lookahead_dist"] == 0.4
+
+
+SERVER = f"""  ros__parameters:
+    controller_plugins: [FollowPath]
+    FollowPath:
+      plugin: "{RPP}"
+      lookahead_dist: 0.6  # mine
+"""
+COSTMAP = """  local_costmap:
+    ros__parameters:
+      plugins: [inflation_layer]
+      inflation_layer: {plugin: "nav2_costmap_2d::InflationLayer", inflation_radius: 0.5}
+"""
+IN_SERVER = "controller_server:\n  ros__parameters: {controller_plugins: [FollowPath]}\n"
+
+
+@pytest.mark.parametrize(
+    "text",
+    [
+        f"/**:\n{SERVER}local_costmap:\n{COSTMAP}",
+        f"/robot_1/controller_server:\n{SERVER}/robot_1/local_costmap:\n{COSTMAP}",
+        f"/robot_1/**:\n{SERVER}robot_1/local_costmap:\n{COSTMAP}",
+        f"/**/controller_server:\n{SERVER}/**/local_costmap:\n{COSTMAP}",
+        f"{IN_SERVER}/**:\n{SERVER}local_costmap:\n{COSTMAP}",
+        f"/robot_1/controller_server:\n{SERVER}/robot_2/controller_server:\n{SERVER}local_costmap:\n{COSTMAP}",
+    ],
+)
+def test_a_value_is_written_where_it_stands(tmp_path, text):
+    path = tmp_path / "nav2_params.yaml"
+    path.write_text(text)
+    file = ParameterFile(params=str(path), nav2="humble")
+    own = text_of_file(file, read_nav2_params(path, release="humble"), "FollowPath")
+    values = {"lookahead_dist": 0.4, "local_costmap.inflation_layer.inflation_radius": 0.3}
+    changed = own.with_values(values)
+    expected = text.replace("dist: 0.6", "dist: 0.4", 1).replace("radius: 0.5", "radius: 0.3")
+    assert changed == expected
+    added = own.with_values({"rotate_to_heading_min_angle": 0.5}).splitlines()
+    assert set(added) - set(text.splitlines()) == {"      rotate_to_heading_min_angle: 0.5"}
+
+
+def test_of_two_sections_that_give_a_value_the_one_that_counts_is_changed(tmp_path):
+    path = tmp_path / "nav2_params.yaml"
+    path.write_text(f"controller_server:\n{SERVER}/**: {{ros__parameters: {{FollowPath.lookahead_dist: 0.7}}}}\n")
+    file = ParameterFile(params=str(path), nav2="humble")
+    own = text_of_file(file, read_nav2_params(path, release="humble"), "FollowPath")
+    assert own.with_values({"lookahead_dist": 0.4}) == path.read_text().replace("0.7", "0.4")
+
+
+@pytest.mark.parametrize("before", ["", f"local_costmap:\n{COSTMAP}"])
+def test_a_value_that_a_section_gives_to_both_costmaps_has_no_place(tmp_path, before):
+    path = tmp_path / "nav2_params.yaml"
+    radius = 'inflation_layer: {plugin: "nav2_costmap_2d::InflationLayer", inflation_radius: 0.5}'
+    path.write_text(f"{before}/**:\n{SERVER}    {radius}\n    plugins: [inflation_layer]\n")
+    file = ParameterFile(params=str(path), nav2="humble")
+    own = text_of_file(file, read_nav2_params(path, release="humble"), "FollowPath")
+    assert not own.accepts("local_costmap.inflation_layer.inflation_radius")
+    assert own.accepts("lookahead_dist")
