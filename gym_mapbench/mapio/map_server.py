@@ -22,9 +22,11 @@ from gym_mapbench.mapio.netpbm import encode_pgm
 from gym_mapbench.mapio.output import Files, check_names
 from gym_mapbench.mapio.people import find_people, read_people
 from gym_mapbench.mapio.poses import find_poses, poses_yaml, read_poses, yaml_float
-from gym_mapbench.mapio.source import as_number, as_numbers, file_inside, read_yaml_file, short
+from gym_mapbench.mapio.source import as_number, as_numbers, file_inside, files_ending, read_yaml_file, short
 from gym_mapbench.mapio.tasked_map import TaskedMap, name_tasks
 from gym_mapbench.world.gridmap import GridMap
+
+SUFFIXES = (".yaml", ".yml")
 
 OCCUPIED_THRESH = 0.65
 FREE_THRESH = 0.25
@@ -66,7 +68,7 @@ def read_map_server(path: Path) -> list[TaskedMap]:
 def find_map_files(folder: Path) -> list[Path]:
     """Return the map files of a folder, or of ``maps/`` in it, by name; other YAML files are passed over."""
     for place in (folder, folder / "maps"):
-        files = [file for file in sorted(place.glob("*.yaml")) if _names_image(file)]
+        files = [file for file in files_ending(place, SUFFIXES) if _names_image(file)]
         if files:
             return files
     return []

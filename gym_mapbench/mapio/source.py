@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 import os
 import reprlib
+from collections.abc import Collection
 from pathlib import Path
 from typing import Any
 
@@ -55,6 +56,11 @@ def read_json(path: Path, limit: int = MAX_JSON_BYTES) -> Any:
         MapFormatError: If the file cannot be read or is not JSON.
     """
     return parse_json(read_text(path, limit), path, MapFormatError)
+
+
+def files_ending(folder: Path, suffixes: Collection[str]) -> list[Path]:
+    """Return the files of a folder whose names end in one of ``suffixes`` (lower case) in any case, by name."""
+    return sorted(file for file in folder.glob("*") if file.suffix.lower() in suffixes)
 
 
 def check_size(where: object, rows: int, cols: int) -> None:
