@@ -103,7 +103,8 @@ def read_occupancy(path: Path) -> Occupancy:
     """
     info = _required(path, read_yaml_file(path))
     mode = info.get("mode", "trinary")
-    if not isinstance(mode, str) or mode not in _MODES:
+    read = _MODES.get(mode.lower()) if isinstance(mode, str) else None
+    if read is None:
         raise MapFormatError(f"{path}: mode: expected one of {', '.join(_MODES)}, got {short(mode)}")
     resolution = as_number(f"{path}: resolution", info["resolution"])
     x, y, yaw = as_numbers(f"{path}: origin", info["origin"], 3)
@@ -114,7 +115,7 @@ def read_occupancy(path: Path) -> Occupancy:
             f"{path}: origin: a rotated map (yaw {yaw:g}) is not supported, rotate the picture instead"
         )
     picture = read_picture(file_inside(path.parent, info["image"], f"{path}: image"))
-    values = _MODES[mode](picture, _thresholds(path, info))
+    values = read(picture, _thresholds(path, info))
     return Occupancy(values[::-1], resolution, (x, y))
 
 

@@ -49,6 +49,12 @@ def test_every_grey_value_is_read_as_nav2_does(tmp_path, mode, negate):
     assert grid.origin == (-1.0, 2.0)
 
 
+@pytest.mark.parametrize(("written", "mode"), [("Trinary", "trinary"), ("SCALE", "scale"), ("Raw", "raw")])
+def test_capitals_in_a_mode_do_not_count_as_in_nav2(tmp_path, written, mode):
+    grids = [load_maps(map_server_files(tmp_path, RAMP, mode=word))[0].grid for word in (written, mode)]
+    assert grids[0] == grids[1]
+
+
 @pytest.mark.parametrize("mode", ["trinary", "scale"])
 def test_alpha_counts_as_nav2_counts_it(tmp_path, mode):
     pixels = np.stack([np.tile(np.arange(256), (4, 1)), np.repeat([[0], [90], [200], [255]], 256, axis=1)], axis=2)
