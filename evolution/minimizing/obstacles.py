@@ -78,7 +78,7 @@ def map_with(grid: GridMap, obstacles: Iterable[Obstacle]) -> GridMap:
     occupancy = frame_of(grid.occupancy)
     for cells in obstacles:
         occupancy[tuple(cells.T)] = True
-    return GridMap(occupancy, grid.resolution, grid.origin, grid.unknown)
+    return grid.with_walls(occupancy)
 
 
 def halves(cells: Obstacle) -> Iterator[Obstacle]:
