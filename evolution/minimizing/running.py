@@ -16,7 +16,7 @@ from evolution.minimizing.results import MAPS, MINIMIZATION, SUMMARY, Minimized
 from evolution.minimizing.verdicts import Trial, Verdict
 from evolution.runs import exclusive_evaluator
 from gym_mapbench.errors import ConfigError
-from gym_mapbench.mapio import save_map_set
+from gym_mapbench.mapio import check_map_set_size, group_scenarios, save_map_set
 from gym_mapbench.quantities import Count
 from gym_mapbench.settings import Settings
 from gym_mapbench.world.scenario import MapSet, Scenario
@@ -84,9 +84,11 @@ def run_minimizing(
         on_run: Called after each run with its job, its result, and the number of remaining runs of its batch.
 
     Raises:
-        ConfigError: If the verdict does not hold on the map, or the directory holds something else.
+        ConfigError: If the verdict does not hold on the map, the map is too large for the files of the result, or the
+            directory holds something else.
         RunError: If no worker starts, or nothing can be written.
     """
+    check_map_set_size(group_scenarios([scenario]) * 2)
     document = {"minimization": _document(scenario, plan, verdict, settings)}
     MINIMIZATION.begin_or_resume(path, document, itemgetter("minimization"), resume=resume)
     with exclusive_evaluator(MINIMIZATION, path, resources, run_job, [plan], on_run) as evaluator:

@@ -208,6 +208,13 @@ def test_the_cause_is_left(no_robot, tmp_path):
     assert again.after.map == found.after.map
 
 
+def test_a_map_whose_result_could_not_be_read_is_refused_before_its_runs(no_robot, monkeypatch, tmp_path):
+    monkeypatch.setattr("gym_mapbench.mapio.map_set_file.MAX_JSON_BYTES", 700)
+    with pytest.raises(ConfigError, match="expected fewer cells: the map-set file would have"):
+        minimise(tmp_path / "out")
+    assert not (tmp_path / "out").exists()
+
+
 def test_the_smallest_map_has_not_the_genome_of_all_obstacles(no_robot, tmp_path):
     of_gates = [FamilySpec(name="gates")], ShapeSettings(), make_robot("turtlebot3_waffle")
     genome = draw_from(np.random.default_rng(0), *of_gates).genome
