@@ -3,6 +3,8 @@
 from __future__ import annotations
 
 import io
+import logging
+import os
 import warnings
 from collections.abc import Sequence
 from pathlib import Path
@@ -18,6 +20,8 @@ from gym_mapbench.mapio.output import Files, check_names
 from gym_mapbench.mapio.source import check_size, read_bytes
 from gym_mapbench.mapio.tasked_map import TaskedMap
 from gym_mapbench.world.gridmap import GridMap
+
+LOG = logging.getLogger(__name__)
 
 IMAGE_SUFFIXES = frozenset({".png", ".pgm", ".bmp", ".jpg", ".jpeg"})
 DEFAULT_RESOLUTION = 0.05
@@ -78,6 +82,8 @@ def read_image(
 ) -> list[TaskedMap]:
     """Read a plain picture: pixels darker than ``threshold`` (0 black to 1 white) are walls.
 
+    A warning names the YAML file of the same name beside it, since the picture is part of a map_server map then.
+
     Args:
         path: The picture.
         resolution: Side of a pixel, m.
@@ -90,6 +96,10 @@ def read_image(
     if not 0 < threshold <= 1:
         raise ConfigError(f"threshold: expected a brightness above 0 and up to 1, got {threshold}")
     total, brightness = read_picture(path).levels(with_alpha=False)
+    described = path.with_suffix(".yaml")
+    if os.path.isfile(described):
+        said = "%s: read as a picture, with dark pixels as walls, %g m a pixel and the origin 0, 0; for the map give %s"
+        LOG.warning(said, path, resolution, described)
     return [TaskedMap(path.stem, GridMap.from_image_array(look_up(brightness < threshold, total), resolution))]
 
 
