@@ -47,11 +47,20 @@ def test_missing_and_unusable_poses(tmp_path):
     with pytest.raises(ConfigError, match="give --goal as x,y,yaw"):
         load_scenarios(path, start=(-0.9, 2.1, 0))
     with pytest.raises(ConfigError, match="goal: expected a point on the map"):
-        load_scenarios(path, start=(-0.9, 2.1, 0), goal=(9, 9, 9))
+        load_scenarios(path, start=(-0.9, 2.1, 0), goal=(9, 9, 0))
     with pytest.raises(ConfigError, match="start: expected x, y, yaw"):
         load_scenarios(path, start="here", goal=(1, 2, 3))
     with pytest.raises(ConfigError, match="says its own"):
         load_scenarios(path, resolution=0.1)
+
+
+def test_a_yaw_in_degrees_is_refused(tmp_path):
+    path = map_server_files(tmp_path, np.full((6, 6), 254))
+    with pytest.raises(ConfigError, match=r"goal: expected a yaw of -6\.3 to 6\.3 rad, got -90"):
+        load_scenarios(path, start=(-0.9, 2.1, 6.28), goal=(-0.7, 2.3, -90))
+    (tmp_path / "office_poses.yaml").write_text("- [-0.9, 2.1, 90]\n- [-0.7, 2.3, 0]\n")
+    with pytest.raises(MapFormatError, match=r"office_poses\.yaml: pose 0: expected a yaw of .* rad, got 90"):
+        load_scenarios(path)
 
 
 @pytest.mark.parametrize(
