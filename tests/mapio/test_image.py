@@ -35,6 +35,13 @@ def test_darker_than_the_threshold_is_a_wall(tmp_path, mode, suffix):
     assert tasked.tasks == ()
 
 
+def test_transparent_pixels_are_paper(tmp_path):
+    alpha = np.array([[255, 0, 255], [0, 100, 200]], np.uint8)
+    Image.fromarray(np.dstack([PIXELS * 0, alpha]), "LA").save(tmp_path / "plan.png")
+    (tasked,) = load_maps(tmp_path / "plan.png")
+    assert tasked.grid == GridMap.from_rows(["#.#", "..#"])
+
+
 def test_a_picture_of_a_map_server_map_is_read_with_a_warning(tmp_path, caplog):
     write_map_file([TaskedMap("plan", GridMap.from_rows(["#.", ".#"], 0.2))], tmp_path / "plan.yaml")
     assert load_maps(tmp_path / "plan.yaml")[0].grid.resolution == 0.2
