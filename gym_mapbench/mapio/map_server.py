@@ -101,7 +101,7 @@ def read_occupancy(path: Path) -> Occupancy:
     Raises:
         MapFormatError: If one of the files is damaged or missing, or the origin is rotated.
     """
-    info = _required(path, read_yaml_file(path))
+    info = _required(path, read_yaml_file(path, each_key_once=True))
     mode = info.get("mode", "trinary")
     read = _MODES.get(mode.lower()) if isinstance(mode, str) else None
     if read is None:
