@@ -1,4 +1,7 @@
-"""Obstacles of a map: connected groups of occupied cells inside its frame."""
+"""Obstacles of a map: connected groups of occupied cells inside its frame.
+
+An obstacle is the list of its cells, since a scanned map of 2000 x 2000 cells has thousands of specks.
+"""
 
 from __future__ import annotations
 
@@ -10,6 +13,8 @@ from numpy.typing import NDArray
 from gym_mapbench.world.gridmap import GridMap
 
 Cells = NDArray[np.bool_]
+Obstacle = NDArray[np.int64]
+"""``(n, 2)`` row and column of its cells, in the order of rows."""
 DIAGONAL = np.ones((3, 3), dtype=np.int8)
 """Cells that touch at a corner belong to one obstacle."""
 SMALLEST_CELLS = 2
@@ -26,20 +31,29 @@ def frame_of(occupancy: Cells) -> Cells:
     return frame
 
 
-def obstacles_of(grid: GridMap) -> list[Cells]:
-    """Return the obstacles inside the frame, each as ``(rows, cols)`` bool, in the order of their first cells."""
-    return connected(grid.occupancy & ~frame_of(grid.occupancy))
+def obstacles_of(grid: GridMap) -> list[Obstacle]:
+    """Return the obstacles inside the frame, in the order of their first cells."""
+    return connected(np.argwhere(grid.occupancy & ~frame_of(grid.occupancy)))
 
 
-def connected(cells: Cells) -> list[Cells]:
-    """Return the connected groups of some cells, each as ``(rows, cols)`` bool, in the order of their first cells."""
+def connected(cells: Obstacle) -> list[Obstacle]:
+    """Return the connected groups of some cells, in the order of their first cells."""
     from scipy import ndimage
 
-    labels, count = ndimage.label(cells, DIAGONAL)
-    return [labels == number for number in range(1, count + 1)]
+    if not len(cells):
+        return []
+    places = tuple((cells - cells.min(axis=0)).T)
+    occupied = np.zeros(np.ptp(cells, axis=0) + 1, dtype=np.bool_)
+    occupied[places] = True
+    labels, count = ndimage.label(occupied, DIAGONAL)
+    of_cell = labels[places]
+    ends = np.cumsum(np.bincount(of_cell, minlength=count + 1)[1:])
+    return np.split(cells[np.argsort(of_cell, kind="stable")], ends[:-1])
 
 
-def farthest_first(obstacles: Sequence[Cells], grid: GridMap, paths: Sequence[NDArray[np.float64]]) -> list[Cells]:
+def farthest_first(
+    obstacles: Sequence[Obstacle], grid: GridMap, paths: Sequence[NDArray[np.float64]]
+) -> list[Obstacle]:
     """Return the obstacles by their distance from the driven paths, the largest first.
 
     Args:
@@ -56,30 +70,26 @@ def farthest_first(obstacles: Sequence[Cells], grid: GridMap, paths: Sequence[ND
             if cell is not None:
                 driven[cell] = True
     distances = ndimage.distance_transform_edt(~driven)
-    return sorted(obstacles, key=lambda cells: -float(distances[cells].min()))
+    return sorted(obstacles, key=lambda cells: -float(distances[tuple(cells.T)].min()))
 
 
-def map_with(grid: GridMap, obstacles: Iterable[Cells]) -> GridMap:
+def map_with(grid: GridMap, obstacles: Iterable[Obstacle]) -> GridMap:
     """Return the map with its frame and these obstacles only."""
-    occupancy = grid.occupancy & frame_of(grid.occupancy)
+    occupancy = frame_of(grid.occupancy)
     for cells in obstacles:
-        occupancy = occupancy | cells
-    return GridMap(occupancy, grid.resolution, grid.origin, grid.unknown)
+        occupancy[tuple(cells.T)] = True
+    return grid.with_walls(occupancy)
 
 
-def halves(cells: Cells) -> Iterator[Cells]:
+def halves(cells: Obstacle) -> Iterator[Obstacle]:
     """Yield the two halves of an obstacle, cut across its longer side; nothing if it is too small."""
-    rows, cols = (np.flatnonzero(cells.any(axis=axis)) for axis in (1, 0))
-    along = 0 if np.ptp(rows) >= np.ptp(cols) else 1
-    taken = rows if along == 0 else cols
+    rows, cols = map(np.unique, cells.T)
+    along, taken = (0, rows) if np.ptp(rows) >= np.ptp(cols) else (1, cols)
     if len(taken) <= SMALLEST_CELLS:
         return
-    first = np.zeros_like(cells)
-    place = [slice(None), slice(None)]
-    place[along] = slice(0, int(taken[len(taken) // 2]))
-    first[tuple(place)] = True
-    yield cells & first
-    yield cells & ~first
+    first = cells[:, along] < taken[len(taken) // 2]
+    yield cells[first]
+    yield cells[~first]
 
 
 def _full(lines: Cells) -> int:

@@ -11,12 +11,12 @@ from typing import Any, Protocol
 from evolution.driving import DEFAULT_RESOURCES, Job, JobPlan, OnRun, Resources, RunResult, drive, run_job
 from evolution.files import Row, counted, write_json
 from evolution.minimizing.delta_debugging import BATCH, minimal
-from evolution.minimizing.obstacles import Cells, connected, farthest_first, halves, map_with, obstacles_of
+from evolution.minimizing.obstacles import Obstacle, connected, farthest_first, halves, map_with, obstacles_of
 from evolution.minimizing.results import MAPS, MINIMIZATION, SUMMARY, Minimized
 from evolution.minimizing.verdicts import Trial, Verdict
 from evolution.runs import exclusive_evaluator
 from gym_mapbench.errors import ConfigError
-from gym_mapbench.mapio import save_map_set
+from gym_mapbench.mapio import check_map_set_size, group_scenarios, save_map_set
 from gym_mapbench.quantities import Count
 from gym_mapbench.settings import Settings
 from gym_mapbench.world.scenario import MapSet, Scenario
@@ -84,9 +84,11 @@ def run_minimizing(
         on_run: Called after each run with its job, its result, and the number of remaining runs of its batch.
 
     Raises:
-        ConfigError: If the verdict does not hold on the map, or the directory holds something else.
+        ConfigError: If the verdict does not hold on the map, the map is too large for the files of the result, or the
+            directory holds something else.
         RunError: If no worker starts, or nothing can be written.
     """
+    check_map_set_size(group_scenarios([scenario]) * 2)
     document = {"minimization": _document(scenario, plan, verdict, settings)}
     MINIMIZATION.begin_or_resume(path, document, itemgetter("minimization"), resume=resume)
     with exclusive_evaluator(MINIMIZATION, path, resources, run_job, [plan], on_run) as evaluator:
@@ -166,7 +168,7 @@ class _Search:
             kept = minimal([part for cells in self._cut(kept) for part in connected(cells)], self.first_of)
         return self.with_obstacles(kept)
 
-    def first_of(self, candidates: list[list[Cells]]) -> int | None:
+    def first_of(self, candidates: list[list[Obstacle]]) -> int | None:
         """Return the position of the first candidate on which the verdict holds for all seeds."""
         scenarios = [self.with_obstacles(one) for one in candidates]
         first = self.trials(scenarios, range(1))
@@ -180,7 +182,7 @@ class _Search:
         """Whether the verdict holds on a map for all seeds."""
         return all(map(self.verdict.holds, self.trials([scenario], range(self.settings.seeds))[0]))
 
-    def with_obstacles(self, obstacles: Sequence[Cells]) -> Scenario:
+    def with_obstacles(self, obstacles: Sequence[Obstacle]) -> Scenario:
         """Return the scenario with these obstacles only; the genome is lost, as it describes all obstacles."""
         fewer = map_with(self.scenario.map, obstacles)
         return replace(self.scenario, map=fewer, name=f"{self.scenario.name}_minimal", genome=None)
@@ -199,7 +201,7 @@ class _Search:
         results = iter(self.evaluator.run(jobs))
         return [[{name: next(results) for name in self.plan.names} for _ in repeats] for _ in scenarios]
 
-    def _cut(self, obstacles: Sequence[Cells]) -> list[Cells]:
+    def _cut(self, obstacles: Sequence[Obstacle]) -> list[Obstacle]:
         """Return the obstacles, each cut as long as the verdict holds with one of its halves."""
         kept = list(obstacles)
         for number in range(len(kept)):
@@ -207,7 +209,7 @@ class _Search:
                 kept[number] = smaller
         return kept
 
-    def _smaller(self, kept: list[Cells], number: int) -> Cells | None:
+    def _smaller(self, kept: list[Obstacle], number: int) -> Obstacle | None:
         """Return a half of an obstacle with which the verdict still holds; None if there is none."""
         parts = list(halves(kept[number]))[:BATCH]
         found = self.first_of([[*kept[:number], part, *kept[number + 1 :]] for part in parts])

@@ -32,7 +32,7 @@ from evolution.tuning.rounds import Round, matrix, search_in_rounds
 from evolution.tuning.search import OnTrial, Searched, Trial
 from evolution.tuning.validation import Finalist, front_of, judge, validate
 from evolution.tuning.verdict import verdict_of
-from gym_mapbench.mapio import group_scenarios
+from gym_mapbench.mapio import check_map_set_size, group_scenarios
 from gym_mapbench.mapio.map_set_file import write_map_set
 from gym_mapbench.world.scenario import Scenario
 
@@ -62,12 +62,13 @@ def run_tuning(
         on_run: Called after each run with its job, its result, and the number of remaining runs of its batch.
 
     Raises:
-        ConfigError: If a map has no way to the goal, the directory holds something else, or another tuning was begun
-            there.
+        ConfigError: If a map has no way to the goal, the test maps are too large for their file, the directory holds
+            something else, or another tuning was begun there.
         RunError: If no worker starts, or nothing can be written.
     """
     text.with_values(plan.own)
     plan.check_ways()
+    check_map_set_size(group_scenarios(plan.test))
     TUNING.begin_or_resume(path, {"tuning": plan.document()}, _options, resume=resume)
     with exclusive_evaluator(TUNING, path, resources, run_job, [plan.jobs_with(None)], on_run) as evaluator:
         rounds = search_in_rounds(plan, evaluator, on_trial)

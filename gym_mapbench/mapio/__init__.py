@@ -3,7 +3,7 @@
 from gym_mapbench.mapio.conversion import write_map_file, write_maps
 from gym_mapbench.mapio.loading import PoseLike, load_map_set, load_maps, load_scenarios
 from gym_mapbench.mapio.map_server import Occupancy, occupancy_files, read_occupancy
-from gym_mapbench.mapio.map_set_file import save_map_set
+from gym_mapbench.mapio.map_set_file import check_map_set_size, save_map_set
 from gym_mapbench.mapio.tasked_map import Task, TaskedMap, group_scenarios
 
 __all__ = [
@@ -11,6 +11,7 @@ __all__ = [
     "PoseLike",
     "Task",
     "TaskedMap",
+    "check_map_set_size",
     "group_scenarios",
     "load_map_set",
     "load_maps",

@@ -14,6 +14,7 @@ from typing import Any
 from gym_mapbench.errors import ConfigError
 from gym_mapbench.mapio.barn import read_barn, world_files
 from gym_mapbench.mapio.image import IMAGE_SUFFIXES, image_files, read_image
+from gym_mapbench.mapio.map_server import SUFFIXES as YAML_SUFFIXES
 from gym_mapbench.mapio.map_server import find_map_files, map_server_files, read_map_server
 from gym_mapbench.mapio.map_set_file import BEST_MAP_SET, MAP_SET_FILE, map_set_text, read_map_set
 from gym_mapbench.mapio.movingai import movingai_files, read_movingai
@@ -22,6 +23,7 @@ from gym_mapbench.mapio.mrpb import TASKS as MRPB_TASKS
 from gym_mapbench.mapio.mrpb import find_tests, read_mrpb, read_mrpb_folder
 from gym_mapbench.mapio.output import Files
 from gym_mapbench.mapio.poses import find_poses
+from gym_mapbench.mapio.source import files_ending
 from gym_mapbench.mapio.tasked_map import TaskedMap
 from gym_mapbench.registry import Registry
 
@@ -67,7 +69,7 @@ def _read_yaml(path: Path) -> list[TaskedMap]:
 
 
 def _octile_maps_in(folder: Path) -> list[Path]:
-    return sorted(folder.glob("*.map"))
+    return files_ending(folder, (".map",))
 
 
 def _format(entry: Any) -> MapFormat:
@@ -89,7 +91,7 @@ FORMATS: Registry[MapFormat] = Registry(
             read_map_set, (".json",), files_in=_map_set_in, write=lambda maps: {MAP_SET_FILE: map_set_text(maps)}
         ),
         "mrpb": MapFormat(read_mrpb_folder, names=(MRPB_TASKS,), files_in=_mrpb_tasks_in),
-        "map_server": MapFormat(_read_yaml, (".yaml", ".yml"), files_in=find_map_files, write=map_server_files),
+        "map_server": MapFormat(_read_yaml, YAML_SUFFIXES, files_in=find_map_files, write=map_server_files),
         "barn": MapFormat(read_barn, (".world",), files_in=world_files),
         "movingai": MapFormat(read_movingai, (".map", ".scen"), files_in=_octile_maps_in, write=movingai_files),
         "image": MapFormat(read_image, _PICTURES, write=image_files),

@@ -3,6 +3,8 @@
 from __future__ import annotations
 
 import io
+import logging
+import os
 import warnings
 from collections.abc import Sequence
 from pathlib import Path
@@ -18,6 +20,8 @@ from gym_mapbench.mapio.output import Files, check_names
 from gym_mapbench.mapio.source import check_size, read_bytes
 from gym_mapbench.mapio.tasked_map import TaskedMap
 from gym_mapbench.world.gridmap import GridMap
+
+LOG = logging.getLogger(__name__)
 
 IMAGE_SUFFIXES = frozenset({".png", ".pgm", ".bmp", ".jpg", ".jpeg"})
 DEFAULT_RESOLUTION = 0.05
@@ -39,6 +43,14 @@ class Picture(NamedTuple):
     channels: int
     white: int
     alpha: NDArray[np.uint8] | None
+
+    def on_white(self) -> Picture:
+        """Return the picture as it looks on white paper, without alpha."""
+        if self.alpha is None:
+            return self
+        alpha, full = self.alpha.astype(np.uint32), self.channels * self.white
+        total = (self.total * alpha + full * (self.white - alpha)) // self.white
+        return Picture(total, self.channels, self.white, None)
 
     def levels(self, with_alpha: bool) -> tuple[NDArray[np.unsignedinteger], NDArray[np.float64]]:
         """Return every pixel's level and, for each level, its brightness in 0..1.
@@ -76,7 +88,9 @@ def read_picture(path: Path) -> Picture:
 def read_image(
     path: Path, resolution: float = DEFAULT_RESOLUTION, threshold: float = DEFAULT_THRESHOLD
 ) -> list[TaskedMap]:
-    """Read a plain picture: pixels darker than ``threshold`` (0 black to 1 white) are walls.
+    """Read a plain picture: pixels darker than ``threshold`` (0 black to 1 white) are walls; transparent is white.
+
+    A warning names the YAML file of the same name beside it, since the picture is part of a map_server map then.
 
     Args:
         path: The picture.
@@ -89,7 +103,11 @@ def read_image(
     """
     if not 0 < threshold <= 1:
         raise ConfigError(f"threshold: expected a brightness above 0 and up to 1, got {threshold}")
-    total, brightness = read_picture(path).levels(with_alpha=False)
+    total, brightness = read_picture(path).on_white().levels(with_alpha=False)
+    described = path.with_suffix(".yaml")
+    if os.path.isfile(described):
+        said = "%s: read as a picture, with dark pixels as walls, %g m a pixel and the origin 0, 0; for the map give %s"
+        LOG.warning(said, path, resolution, described)
     return [TaskedMap(path.stem, GridMap.from_image_array(look_up(brightness < threshold, total), resolution))]
 
 

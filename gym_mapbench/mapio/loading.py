@@ -15,6 +15,7 @@ from gym_mapbench.errors import ConfigError, MapFormatError, PluginError
 from gym_mapbench.generator import ShapeSettings, default_task, task_cells
 from gym_mapbench.mapio.formats import FORMATS, MapFormat
 from gym_mapbench.mapio.image import DEFAULT_THRESHOLD
+from gym_mapbench.mapio.poses import check_yaw
 from gym_mapbench.mapio.tasked_map import Task, TaskedMap
 from gym_mapbench.registry import accepted_keywords
 from gym_mapbench.trust import MODULE_ATTRIBUTE
@@ -190,13 +191,13 @@ def as_pose(what: str, pose: PoseLike) -> Pose:
     """Make a pose of ``(x, y, yaw)``.
 
     Raises:
-        ConfigError: If it is not three numbers.
+        ConfigError: If it is not three numbers, or the yaw is in degrees.
     """
     try:
         x, y, yaw = (float(value) for value in pose)
     except (TypeError, ValueError):
         raise ConfigError(f"{what}: expected x, y, yaw in m and rad, got {pose!r}") from None
-    return Pose(x, y, yaw)
+    return check_yaw(what, Pose(x, y, yaw), ConfigError)
 
 
 def _thesis_task(item: TaskedMap) -> Task | None:

@@ -22,9 +22,11 @@ from gym_mapbench.mapio.netpbm import encode_pgm
 from gym_mapbench.mapio.output import Files, check_names
 from gym_mapbench.mapio.people import find_people, read_people
 from gym_mapbench.mapio.poses import find_poses, poses_yaml, read_poses, yaml_float
-from gym_mapbench.mapio.source import as_number, as_numbers, file_inside, read_yaml_file, short
+from gym_mapbench.mapio.source import as_number, as_numbers, file_inside, files_ending, read_yaml_file, short
 from gym_mapbench.mapio.tasked_map import TaskedMap, name_tasks
 from gym_mapbench.world.gridmap import GridMap
+
+SUFFIXES = (".yaml", ".yml")
 
 OCCUPIED_THRESH = 0.65
 FREE_THRESH = 0.25
@@ -66,7 +68,7 @@ def read_map_server(path: Path) -> list[TaskedMap]:
 def find_map_files(folder: Path) -> list[Path]:
     """Return the map files of a folder, or of ``maps/`` in it, by name; other YAML files are passed over."""
     for place in (folder, folder / "maps"):
-        files = [file for file in sorted(place.glob("*.yaml")) if _names_image(file)]
+        files = [file for file in files_ending(place, SUFFIXES) if _names_image(file)]
         if files:
             return files
     return []
@@ -99,9 +101,10 @@ def read_occupancy(path: Path) -> Occupancy:
     Raises:
         MapFormatError: If one of the files is damaged or missing, or the origin is rotated.
     """
-    info = _required(path, read_yaml_file(path))
+    info = _required(path, read_yaml_file(path, each_key_once=True))
     mode = info.get("mode", "trinary")
-    if not isinstance(mode, str) or mode not in _MODES:
+    read = _MODES.get(mode.lower()) if isinstance(mode, str) else None
+    if read is None:
         raise MapFormatError(f"{path}: mode: expected one of {', '.join(_MODES)}, got {short(mode)}")
     resolution = as_number(f"{path}: resolution", info["resolution"])
     x, y, yaw = as_numbers(f"{path}: origin", info["origin"], 3)
@@ -112,7 +115,7 @@ def read_occupancy(path: Path) -> Occupancy:
             f"{path}: origin: a rotated map (yaw {yaw:g}) is not supported, rotate the picture instead"
         )
     picture = read_picture(file_inside(path.parent, info["image"], f"{path}: image"))
-    values = _MODES[mode](picture, _thresholds(path, info))
+    values = read(picture, _thresholds(path, info))
     return Occupancy(values[::-1], resolution, (x, y))
 
 

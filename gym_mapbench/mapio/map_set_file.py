@@ -89,6 +89,11 @@ def map_set_text(maps: Sequence[TaskedMap]) -> str:
     return text
 
 
+def check_map_set_size(maps: Sequence[TaskedMap]) -> None:
+    """Refuse maps that no map-set file can hold, before long work on them; errors as in :func:`map_set_text`."""
+    map_set_text(maps)
+
+
 def write_map_set(maps: Sequence[TaskedMap], path: Path) -> None:
     """Write a map-set file; a file that is there is replaced in one step, so that it is never half written."""
     with replaced_at_once(path) as file:

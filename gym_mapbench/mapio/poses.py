@@ -6,9 +6,12 @@ import os
 from collections.abc import Sequence
 from pathlib import Path
 
-from gym_mapbench.errors import MapFormatError
+from gym_mapbench.errors import MapBenchError, MapFormatError
 from gym_mapbench.mapio.source import as_numbers, read_yaml_file, short
 from gym_mapbench.world.scenario import Pose
+
+MOST_YAW = 6.3
+"""Largest heading of a task that a user writes, rad: a turn. A larger number is meant in degrees."""
 
 
 def find_poses(map_path: Path) -> Path | None:
@@ -22,13 +25,24 @@ def read_poses(path: Path) -> tuple[Pose, Pose]:
     """Read start and goal: the first two entries of a plain list ``- [x, y, yaw]`` (m, rad).
 
     Raises:
-        MapFormatError: If the file holds anything else.
+        MapFormatError: If the file holds anything else, or a yaw in degrees.
     """
     poses = read_yaml_file(path)
     if not isinstance(poses, list) or len(poses) < 2:
         raise MapFormatError(f"{path}: expected a list of [x, y, yaw], start first, then goal, got {short(poses)}")
-    start, goal = (Pose(*as_numbers(f"{path}: pose {index}", pose, 3)) for index, pose in enumerate(poses[:2]))
+    start, goal = (_read_pose(f"{path}: pose {index}", pose) for index, pose in enumerate(poses[:2]))
     return start, goal
+
+
+def check_yaw(where: str, pose: Pose, raises: type[MapBenchError]) -> Pose:
+    """Return a pose as it is; ``raises`` the error if its yaw is larger than a turn."""
+    if abs(pose.yaw) > MOST_YAW:
+        raise raises(f"{where}: expected a yaw of -{MOST_YAW} to {MOST_YAW} rad, got {pose.yaw:g}")
+    return pose
+
+
+def _read_pose(where: str, value: object) -> Pose:
+    return check_yaw(where, Pose(*as_numbers(where, value, 3)), MapFormatError)
 
 
 def poses_yaml(poses: Sequence[Pose]) -> str:

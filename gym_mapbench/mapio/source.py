@@ -5,8 +5,12 @@ from __future__ import annotations
 import math
 import os
 import reprlib
+from collections import Counter
+from collections.abc import Collection
 from pathlib import Path
 from typing import Any
+
+import yaml
 
 from gym_mapbench.errors import ConfigError, MapFormatError
 from gym_mapbench.files import bounded
@@ -36,16 +40,26 @@ def read_text(path: Path, limit: int = MAX_FILE_BYTES) -> str:
     return bounded.read_text(path, limit, MapFormatError)
 
 
-def read_yaml_file(path: Path) -> Any:
+def read_yaml_file(path: Path, *, each_key_once: bool = False) -> Any:
     """Read one YAML document.
 
+    Args:
+        path: The file.
+        each_key_once: Whether to refuse a document that gives a key twice. Nav2's map server takes the first value,
+            and PyYAML the last.
+
     Raises:
-        MapFormatError: If the file cannot be read or is not YAML.
+        MapFormatError: If the file cannot be read, is not YAML, or gives a key twice where it must not.
     """
     try:
-        return parse_yaml(read_text(path, MAX_YAML_BYTES), path)[0]
+        document, node = parse_yaml(read_text(path, MAX_YAML_BYTES), path)
     except ConfigError as error:
         raise MapFormatError(str(error)) from None
+    if each_key_once and isinstance(node, yaml.MappingNode) and node.value:
+        key, times = Counter(name.value for name, _ in node.value).most_common(1)[0]
+        if times > 1:
+            raise MapFormatError(f"{path}: {short(key)}: expected the key once, got it {times} times")
+    return document
 
 
 def read_json(path: Path, limit: int = MAX_JSON_BYTES) -> Any:
@@ -55,6 +69,11 @@ def read_json(path: Path, limit: int = MAX_JSON_BYTES) -> Any:
         MapFormatError: If the file cannot be read or is not JSON.
     """
     return parse_json(read_text(path, limit), path, MapFormatError)
+
+
+def files_ending(folder: Path, suffixes: Collection[str]) -> list[Path]:
+    """Return the files of a folder whose names end in one of ``suffixes`` (lower case) in any case, by name."""
+    return sorted(file for file in folder.glob("*") if file.suffix.lower() in suffixes)
 
 
 def check_size(where: object, rows: int, cols: int) -> None:

@@ -10,7 +10,7 @@ from __future__ import annotations
 
 import hashlib
 from collections.abc import Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from functools import cached_property
 from typing import Any
 
@@ -33,10 +33,11 @@ class GridMap:
         occupancy: ``(rows, cols)`` bool, True where there is a wall; row 0 at the bottom.
         resolution: Side of a cell, m.
         origin: World position ``(x, y)`` of the lower-left corner of cell (0, 0), m.
-        unknown: ``(rows, cols)`` bool, True where nothing is known; None if all is known.
+        unknown: ``(rows, cols)`` bool, True where nothing is known, never at a wall; None if all is known.
 
     Raises:
-        ConfigError: If the array is not two-dimensional and boolean, or a value is out of range.
+        ConfigError: If an array is not two-dimensional and boolean, a value is out of range, or a cell is both
+            occupied and unknown.
     """
 
     occupancy: NDArray[np.bool_]
@@ -51,6 +52,8 @@ class GridMap:
             unknown = _frozen_cells("unknown", self.unknown)
             if unknown.shape != occupancy.shape:
                 raise ConfigError(f"unknown: expected shape {occupancy.shape}, got {unknown.shape}")
+            if both := np.count_nonzero(occupancy & unknown):
+                raise ConfigError(f"unknown: expected no occupied cells, got {both}")
             object.__setattr__(self, "unknown", unknown if unknown.any() else None)
         resolution = float(self.resolution)
         if not (np.isfinite(resolution) and resolution > 0):
@@ -94,6 +97,10 @@ class GridMap:
     def to_image_array(self) -> NDArray[np.bool_]:
         """Return a copy of the occupancy with row 0 at the top, as in pictures."""
         return self.occupancy[::-1].copy()
+
+    def with_walls(self, occupancy: NDArray[np.bool_]) -> GridMap:
+        """Return the map with other walls; a cell that gets a wall is known then."""
+        return replace(self, occupancy=occupancy, unknown=None if self.unknown is None else self.unknown & ~occupancy)
 
     def split(self, parts: int) -> GridMap:
         """Return the same walls in smaller cells: each cell becomes ``parts`` x ``parts`` cells."""

@@ -11,6 +11,7 @@ from PIL import Image
 
 from gym_mapbench.errors import ConfigError, MapFormatError
 from gym_mapbench.mapio import TaskedMap, load_maps
+from gym_mapbench.mapio.conversion import write_map_file
 from gym_mapbench.mapio.image import encode_image, image_files
 from gym_mapbench.mapio.output import write_files
 from gym_mapbench.world.gridmap import GridMap
@@ -32,6 +33,21 @@ def test_darker_than_the_threshold_is_a_wall(tmp_path, mode, suffix):
     assert darker.grid == GridMap.from_rows(["#..", "..."], 0.05)
     assert tasked.name == "plan"
     assert tasked.tasks == ()
+
+
+def test_transparent_pixels_are_paper(tmp_path):
+    alpha = np.array([[255, 0, 255], [0, 100, 200]], np.uint8)
+    Image.fromarray(np.dstack([PIXELS * 0, alpha]), "LA").save(tmp_path / "plan.png")
+    (tasked,) = load_maps(tmp_path / "plan.png")
+    assert tasked.grid == GridMap.from_rows(["#.#", "..#"])
+
+
+def test_a_picture_of_a_map_server_map_is_read_with_a_warning(tmp_path, caplog):
+    write_map_file([TaskedMap("plan", GridMap.from_rows(["#.", ".#"], 0.2))], tmp_path / "plan.yaml")
+    assert load_maps(tmp_path / "plan.yaml")[0].grid.resolution == 0.2
+    assert not caplog.text
+    assert load_maps(tmp_path / "plan.pgm")[0].grid.resolution == 0.05
+    assert f"0.05 m a pixel and the origin 0, 0; for the map give {tmp_path / 'plan.yaml'}" in caplog.text
 
 
 @given(grid=grids(unknown=False))

@@ -1,5 +1,7 @@
 from __future__ import annotations
 
+from pathlib import Path
+
 import numpy as np
 import pytest
 
@@ -9,6 +11,8 @@ from gym_mapbench.mapio import TaskedMap, load_map_set, load_maps, load_scenario
 from gym_mapbench.mapio.formats import FORMATS, MapFormat
 from gym_mapbench.mapio.image import encode_image
 from gym_mapbench.mapio.loading import has_thesis_layout
+from gym_mapbench.mapio.map_server import map_server_pgm, map_server_yaml
+from gym_mapbench.mapio.movingai import map_text
 from gym_mapbench.world.gridmap import GridMap
 from tests.mapio.samples import map_server_files
 from tests.oracle_data import DATA, needs_data
@@ -43,11 +47,20 @@ def test_missing_and_unusable_poses(tmp_path):
     with pytest.raises(ConfigError, match="give --goal as x,y,yaw"):
         load_scenarios(path, start=(-0.9, 2.1, 0))
     with pytest.raises(ConfigError, match="goal: expected a point on the map"):
-        load_scenarios(path, start=(-0.9, 2.1, 0), goal=(9, 9, 9))
+        load_scenarios(path, start=(-0.9, 2.1, 0), goal=(9, 9, 0))
     with pytest.raises(ConfigError, match="start: expected x, y, yaw"):
         load_scenarios(path, start="here", goal=(1, 2, 3))
     with pytest.raises(ConfigError, match="says its own"):
         load_scenarios(path, resolution=0.1)
+
+
+def test_a_yaw_in_degrees_is_refused(tmp_path):
+    path = map_server_files(tmp_path, np.full((6, 6), 254))
+    with pytest.raises(ConfigError, match=r"goal: expected a yaw of -6\.3 to 6\.3 rad, got -90"):
+        load_scenarios(path, start=(-0.9, 2.1, 6.28), goal=(-0.7, 2.3, -90))
+    (tmp_path / "office_poses.yaml").write_text("- [-0.9, 2.1, 90]\n- [-0.7, 2.3, 0]\n")
+    with pytest.raises(MapFormatError, match=r"office_poses\.yaml: pose 0: expected a yaw of .* rad, got 90"):
+        load_scenarios(path)
 
 
 @pytest.mark.parametrize(
@@ -57,6 +70,16 @@ def test_what_is_not_there(tmp_path, name):
     with pytest.raises(MapFormatError) as failure:
         load_maps(tmp_path / name)
     assert len(str(failure.value).splitlines()) == 1
+
+
+@pytest.mark.parametrize("names", [("a.yaml", "B.YAML", "c.yml"), ("a.map", "B.MAP")])
+def test_a_folder_is_read_whole_however_its_names_end(tmp_path, names):
+    grid = GridMap.from_rows(("#..",))
+    texts = {".map": map_text(grid), ".yaml": map_server_yaml(grid, "a.pgm")}
+    (tmp_path / "a.pgm").write_bytes(map_server_pgm(grid))
+    for name in names:
+        (tmp_path / name).write_text(texts[Path(names[0]).suffix])
+    assert sorted(one.name for one in load_maps(tmp_path)) == sorted(Path(name).stem for name in names)
 
 
 def test_an_empty_name_is_not_the_present_folder(tmp_path, monkeypatch):

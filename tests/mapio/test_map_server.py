@@ -49,6 +49,19 @@ def test_every_grey_value_is_read_as_nav2_does(tmp_path, mode, negate):
     assert grid.origin == (-1.0, 2.0)
 
 
+def test_a_key_given_twice_is_refused_as_nav2_takes_the_other_value(tmp_path):
+    path = map_server_files(tmp_path, RAMP)
+    path.write_text(path.read_text() + "negate: 1\n")
+    with pytest.raises(MapFormatError, match=r"office\.yaml: 'negate': expected the key once, got it 2 times"):
+        load_maps(path)
+
+
+@pytest.mark.parametrize(("written", "mode"), [("Trinary", "trinary"), ("SCALE", "scale"), ("Raw", "raw")])
+def test_capitals_in_a_mode_do_not_count_as_in_nav2(tmp_path, written, mode):
+    grids = [load_maps(map_server_files(tmp_path, RAMP, mode=word))[0].grid for word in (written, mode)]
+    assert grids[0] == grids[1]
+
+
 @pytest.mark.parametrize("mode", ["trinary", "scale"])
 def test_alpha_counts_as_nav2_counts_it(tmp_path, mode):
     pixels = np.stack([np.tile(np.arange(256), (4, 1)), np.repeat([[0], [90], [200], [255]], 256, axis=1)], axis=2)

@@ -78,6 +78,7 @@ def test_cells_cannot_be_changed_not_even_after_unpickling():
         ({"occupancy": np.zeros((2, 2)), "resolution": float("nan")}, "resolution"),
         ({"occupancy": np.zeros((2, 2)), "origin": (0.0, float("inf"))}, "origin"),
         ({"occupancy": np.zeros((2, 2)), "unknown": np.zeros((3, 2))}, "unknown"),
+        ({"occupancy": np.ones((2, 2)), "unknown": np.eye(2)}, "unknown: expected no occupied cells, got 2"),
     ],
 )
 def test_bad_maps_are_refused(arguments, message):

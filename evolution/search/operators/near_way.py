@@ -41,7 +41,7 @@ def change_near_way(
     for _ in range(MAX_TRIES if way is not None else 0):
         count = int(rng.integers(1, MOST_CHANGES, endpoint=True))
         chosen = tuple(str(name) for name in rng.choice(names, size=count))
-        grid = replace(scenario.map, occupancy=_changed(scenario, way, robot, chosen, rng))
+        grid = scenario.map.with_walls(_changed(scenario, way, robot, chosen, rng))
         if grid != scenario.map and find_way(grid, scenario.start, scenario.goal, robot) is not None:
             return replace(scenario, map=grid, genome=None), chosen
     return None

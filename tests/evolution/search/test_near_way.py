@@ -49,3 +49,11 @@ def test_a_map_without_a_way_has_no_change():
     walls[:, 20] = True
     scenario = Scenario(GridMap(walls), Pose(0.5, 1.0), Pose(1.5, 1.0))
     assert change_near_way(scenario, ROBOT, np.random.default_rng(0)) is None
+
+
+@pytest.mark.parametrize("seed", range(5))
+def test_a_wall_on_an_unknown_cell_is_written_and_read_as_a_wall(office, seed):
+    walls = office.map.occupancy
+    scenario = Scenario(GridMap(walls, unknown=~walls), office.start, office.goal)
+    changed, _ = change_near_way(scenario, ROBOT, np.random.default_rng(seed))
+    assert GridMap.from_rows(changed.map.to_rows()) == changed.map

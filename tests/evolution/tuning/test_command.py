@@ -74,6 +74,14 @@ def test_a_map_without_a_way_to_the_goal_is_refused_before_anything_is_written(f
     assert not out.exists()
 
 
+def test_test_maps_that_could_not_be_read_are_refused_before_anything_is_written(folder, tmp_path, capsys, monkeypatch):
+    monkeypatch.setattr("gym_mapbench.mapio.map_set_file.MAX_JSON_BYTES", 700)
+    out = tmp_path / "out"
+    assert main(arguments(folder, "--out", str(out))) == 2
+    assert "expected fewer cells: the map-set file would have" in capsys.readouterr().err
+    assert not out.exists()
+
+
 def test_own_values_alone_are_not_said_to_be_compared(done):
     report = report_of_tuning(load_tuning(done))
     (compared,) = [one.paragraphs for one in report.sections if one.title == "Test"]
