@@ -23,6 +23,7 @@ ROUNDED = 0.0051
 PRESENT = {
     "offspring of the archive": "ours",
     "random sampling, same rules": "random",
+    "offspring, without the surrogate": "without_surrogate",
     "thesis GA, on the thesis' maps": "ga_own_maps",
     "thesis GA, on the families": "ga_thesis",
     "offspring, families with their own ranges alone |": "ours_wide",
