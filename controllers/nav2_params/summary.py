@@ -73,8 +73,9 @@ def describe_robot(robot: RobotSpec) -> str:
 
 def describe_monitor(monitor: CollisionMonitor) -> str:
     """Describe in one line what a collision monitor does with the commands."""
-    active = [f"{name} {_act(polygon)}" for name, polygon in monitor.polygons.items() if polygon.enabled]
-    if not monitor.enabled or not active or not monitor.lidar_sources:
+    acting = {name: each for name, each in monitor.polygons.items() if each.enabled and monitor.sees(each)}
+    active = [f"{name} {_act(polygon)}" for name, polygon in acting.items()]
+    if not monitor.enabled or not active:
         return "changes no command, as it has no enabled polygon or source"
     return "; ".join(active)
 
