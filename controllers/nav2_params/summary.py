@@ -106,6 +106,10 @@ def describe_filters(navigation: NavigationParams) -> list[str]:
     for where, costmap in navigation.costmaps.items():
         lines += [f"{name} ({where}) {_keep_out(each)}" for name, each in costmap.keepout_filters.items()]
         lines += [f"{name} ({where}) {_slow_down(each)}" for name, each in costmap.speed_filters.items()]
+        lines += [
+            f"{name} ({where}) inflates the zones by {each.inflation_radius:g} m"
+            for name, each in costmap.inflation_filters.items()
+        ]
     return lines
 
 
