@@ -1,6 +1,7 @@
 """Nav2's progress and goal checkers: their parameters, and how parameter files name them.
 
-Source: nav2_controller (Humble, Jazzy and Lyrical), plugins.
+Source: nav2_controller (Humble, Jazzy and Lyrical), plugins. PositionGoalChecker came to Humble in a later patch
+release (1.1.x); early installations of Humble lack it.
 """
 
 from __future__ import annotations
@@ -35,9 +36,9 @@ class GoalChecker(ExtendedSettings):
     """The goal checker: whether the goal is reached.
 
     Args:
-        plugin: ``simple``, ``stopped`` (the robot must stand as well), ``position`` (since Jazzy: whatever the
-            heading), ``axis`` (Lyrical: along and across the path) or ``adaptive`` (Lyrical: a coarse tolerance where
-            the robot comes no nearer).
+        plugin: ``simple``, ``stopped`` (the robot must stand as well), ``position`` (whatever the heading), ``axis``
+            (Lyrical: along and across the path) or ``adaptive`` (Lyrical: a coarse tolerance where the robot comes no
+            nearer).
         xy_goal_tolerance: Tolerance of the position, m; neither ``axis`` nor ``adaptive``.
         yaw_goal_tolerance: Tolerance of the heading, rad.
         stateful: Whether a position once reached counts until the next path.
@@ -106,7 +107,7 @@ PROGRESS_CHECKER_KEYS = Keys(ros_only=frozenset({"plugin"}))
 GOAL_CHECKERS: dict[str, RosNames] = {
     "simple": in_every_release("nav2_controller::SimpleGoalChecker"),
     "stopped": in_every_release("nav2_controller::StoppedGoalChecker"),
-    "position": since("jazzy", "nav2_controller::PositionGoalChecker"),
+    "position": in_every_release("nav2_controller::PositionGoalChecker"),
     "axis": since("lyrical", "nav2_controller::AxisGoalChecker"),
     "adaptive": since("lyrical", "nav2_controller::AdaptiveToleranceGoalChecker"),
 }

@@ -158,3 +158,8 @@ class CollisionMonitor(Settings):
         enabled = {name: source.type for name, source in self.observation_sources.items() if source.enabled}
         kind = "scan" if "scan" in enabled.values() else "pointcloud"
         return frozenset(name for name, type_ in enabled.items() if type_ == kind)
+
+    def sees(self, polygon: MonitorPolygon) -> bool:
+        """Return whether the lidar's points count for a polygon."""
+        names = polygon.sources_names
+        return bool(self.lidar_sources if names is None else self.lidar_sources.intersection(names))

@@ -9,7 +9,7 @@ from typing import Any
 from controllers.nav2_params.filters_section import FiltersFound
 from controllers.nav2_params.keys import COSTMAP
 from controllers.nav2_params.plugins import COSTMAP_LAYERS, names_in_ros, stand_in
-from gym_mapbench.costmap import LAYERS, OBSERVATION_SOURCE, CostmapParams
+from gym_mapbench.costmap import FILTERS, LAYERS, OBSERVATION_SOURCE, CostmapParams
 from gym_mapbench.costmap.inflation_layer import LEGACY, adapt_legacy
 from gym_mapbench.errors import ConfigError
 from gym_mapbench.ros_params import Section, known_class, parameter_names, refuse_missing
@@ -20,7 +20,7 @@ LEGACY_LAYERS = {"inflation_layer": LEGACY}
 """Further classes of layers."""
 SOURCES = ("LaserScan", "PointCloud2")
 """Types of the sources that the lidar stands for, the preferred one first."""
-COLLECTED = ("plugins", "layers", "release", "keepout_filters", "speed_filters")
+COLLECTED = ("plugins", "layers", "release", *FILTERS)
 """Options that do not stand in a file as they are here."""
 
 

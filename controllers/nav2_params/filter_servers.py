@@ -22,8 +22,8 @@ from gym_mapbench.settings import Settings
 INFO_SERVERS, MASK_SERVERS = FILTER_NODES
 
 
-class NoMaskError(Exception):
-    """A filter gets no mask, so that Nav2's has no effect either; the message says why."""
+class LeftOutError(Exception):
+    """A filter has no effect here; the message says why."""
 
 
 class InfoServer(Settings):
@@ -76,7 +76,7 @@ class FilterServers:
         """Return the info server that publishes on a topic, and its section.
 
         Raises:
-            NoMaskError: If there is none.
+            LeftOutError: If there is none.
             ConfigError: If a value is wrong.
         """
         section = self._find(INFO_SERVERS, "filter_info_topic", InfoServer, topic)
@@ -86,13 +86,13 @@ class FilterServers:
         """Return the mask that is published on a topic.
 
         Raises:
-            NoMaskError: If no server publishes there, or the server has no file.
+            LeftOutError: If no server publishes there, or the server has no file.
             ConfigError: If the file is missing or no map.
         """
         section = self._find(MASK_SERVERS, "topic_name", MaskServer, topic)
         server = section.build(MaskServer, MASK_SERVER)
         if not server.yaml_filename:
-            raise NoMaskError(f"{section.name} has no yaml_filename")
+            raise LeftOutError(f"{section.name} has no yaml_filename")
         try:
             read = read_occupancy(self.folder / server.yaml_filename)
         except MapFormatError as error:
@@ -109,7 +109,7 @@ class FilterServers:
                 if same_topic(section.values.get(key, default), topic):
                     self.used.add(node.full)
                     return section
-        raise NoMaskError(f"the file has no node whose {key} is {topic}")
+        raise LeftOutError(f"the file has no node whose {key} is {topic}")
 
 
 def same_topic(one: object, other: object) -> bool:

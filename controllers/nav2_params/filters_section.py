@@ -2,16 +2,17 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any
 
-from controllers.nav2_params.filter_servers import FilterServers, InfoServer, NoMaskError, same_topic
+from controllers.nav2_params.filter_servers import FilterServers, InfoServer, LeftOutError, same_topic
 from controllers.nav2_params.keys import KEEPOUT_FILTER, SPEED_FILTER
-from gym_mapbench.costmap import KeepoutFilter, SpeedFilter
+from controllers.nav2_params.plugins import COSTMAP_LAYERS
+from gym_mapbench.costmap import CostmapParams, KeepoutFilter, SpeedFilter
 from gym_mapbench.costmap.keepout_filter import HIGHEST_OVERRIDE
 from gym_mapbench.errors import ConfigError
-from gym_mapbench.ros_params import PLACEHOLDER, Section, in_every_release, known_class
+from gym_mapbench.ros_params import PLACEHOLDER, Findings, Section, in_every_release, known_class
 
 CLASSES = {
     "keepout_filters": in_every_release("nav2_costmap_2d::KeepoutFilter"),
@@ -19,6 +20,9 @@ CLASSES = {
 }
 """Options of a costmap -> the class of the filters that they hold."""
 BINARY = {"binary": in_every_release("nav2_costmap_2d::BinaryFilter")}
+INFLATION_LAYER = COSTMAP_LAYERS["inflation_layer"]
+INFLATION = {"inflation_filters": INFLATION_LAYER.names}
+"""The option for inflation layers behind the filters -> their class."""
 PERCENT, ABSOLUTE = 1, 2
 """Types of an info server for a speed filter."""
 LIMIT_TOPIC = "speed_limit_topic"
@@ -53,17 +57,22 @@ def read_filters(costmap: Section, servers: FilterServers, server: Section | Non
     Raises:
         ConfigError: If a value is wrong, a filter has no class, or a mask's file cannot be read.
     """
-    filters: dict[str, dict[str, Any]] = {kind: {} for kind in CLASSES}
-    among_layers = _among_layers(costmap)
+    filters: dict[str, dict[str, Any]] = {kind: {} for kind in CLASSES | INFLATION}
+    among_layers, behind = _among_layers(costmap), costmap.take_names("filters", ())
+    layers, early = {*_plugins(costmap)} - {*among_layers}, _before_keepouts(costmap, behind)
     topic = USUAL_LIMIT_TOPIC if server is None else server.values.get(LIMIT_TOPIC, USUAL_LIMIT_TOPIC)
-    for name in (*among_layers, *costmap.take_names("filters", ())):
-        group = costmap.take_group(name)
+    for name in (*among_layers, *behind):
+        group = _copy(costmap, name) if name in layers else costmap.take_group(name)
         kind = _kind(group)
         if kind is None or not _is_enabled(group):
             continue
         try:
-            read = _read_keepout(group, servers) if kind == "keepout_filters" else _read_speed(group, servers, topic)
-        except NoMaskError as error:
+            if kind in INFLATION:
+                read: Any = _read_inflation(group, is_layer=name in layers, is_early=name in early)
+            else:
+                keeps_out = kind == "keepout_filters"
+                read = _read_keepout(group, servers) if keeps_out else _read_speed(group, servers, topic)
+        except LeftOutError as error:
             group.findings.add("left_out", group.name, str(error))
         else:
             filters[kind][name] = read
@@ -72,11 +81,32 @@ def read_filters(costmap: Section, servers: FilterServers, server: Section | Non
 
 def _among_layers(costmap: Section) -> tuple[str, ...]:
     """Return the names in ``plugins`` whose class is one of Nav2's filters."""
-    listed = costmap.values.get("plugins")
+    return tuple(name for name in _plugins(costmap) if known_class(_class_of(costmap, name), CLASSES | BINARY))
+
+
+def _plugins(costmap: Section) -> list[str]:
+    """Return the names in ``plugins``, each once."""
+    listed = costmap.values.get("plugins", CostmapParams.model_fields["plugins"].default)
     names = [name for name in listed if isinstance(name, str)] if isinstance(listed, list | tuple) else []
-    groups = {name: costmap.values.get(name) for name in names}
-    given = {name: group.get("plugin") for name, group in groups.items() if isinstance(group, Mapping)}
-    return tuple(name for name, ros_class in given.items() if known_class(ros_class, CLASSES | BINARY))
+    return list(dict.fromkeys(names))
+
+
+def _class_of(costmap: Section, name: str) -> object:
+    """Return the class that the section of a layer or filter names; None if there is none."""
+    group = costmap.values.get(name)
+    return group.get("plugin") if isinstance(group, Mapping) else None
+
+
+def _before_keepouts(costmap: Section, behind: Sequence[str]) -> Sequence[str]:
+    """Return the names in ``filters`` that stand before the last keepout filter; all without a keepout filter."""
+    kinds = [known_class(_class_of(costmap, name), CLASSES) for name in behind]
+    last = max((place for place, kind in enumerate(kinds) if kind == "keepout_filters"), default=len(behind))
+    return behind[:last]
+
+
+def _copy(costmap: Section, name: str) -> Section:
+    """Return the section of a filter that is a layer as well, which keeps it."""
+    return Section(f"{costmap.name}.{name}", costmap.values.get(name), costmap.findings)
 
 
 def _kind(group: Section) -> str | None:
@@ -84,7 +114,7 @@ def _kind(group: Section) -> str | None:
     ros_class = group.values.pop("plugin", None)
     if ros_class is None:
         raise ConfigError(f"{group.name}.plugin: expected the class of this filter, got none")
-    kind = known_class(ros_class, CLASSES)
+    kind = known_class(ros_class, CLASSES | INFLATION)
     if kind is None:
         binary = known_class(ros_class, BINARY) is not None
         why = "nobody here listens to its switch" if binary else f"{ros_class}: this filter is not built"
@@ -122,6 +152,18 @@ def _read_keepout(group: Section, servers: FilterServers) -> KeepoutFilter:
     return group.build(KeepoutFilter, KEEPOUT_FILTER, mask=servers.mask(info.mask_topic))
 
 
+def _read_inflation(group: Section, *, is_layer: bool, is_early: bool) -> dict[str, Any]:
+    """Read an inflation layer behind the filters; of a section that a layer has as well, the layer tells the findings.
+
+    Raises:
+        LeftOutError: If a keepout filter follows, or there is none.
+    """
+    if is_early:
+        raise LeftOutError("an inflation layer has an effect here only behind all keepout filters")
+    findings = Findings(group.findings.release) if is_layer else group.findings
+    return INFLATION_LAYER.read(Section(group.name, group.values, findings))
+
+
 def _read_speed(group: Section, servers: FilterServers, topic: object) -> SpeedFilter:
     """Read a speed filter, whose limits reach the controller server on ``topic``."""
     info, where = _info_of(group, servers)
@@ -129,7 +171,7 @@ def _read_speed(group: Section, servers: FilterServers, topic: object) -> SpeedF
         raise ConfigError(f"{where.name}.type: expected {PERCENT} (per cent) or {ABSOLUTE} (m/s), got {info.type}")
     published = group.take_name(LIMIT_TOPIC, USUAL_LIMIT_TOPIC)
     if not same_topic(published, topic):
-        raise NoMaskError(f"it publishes on {published}, but the controller server listens to {topic}")
+        raise LeftOutError(f"it publishes on {published}, but the controller server listens to {topic}")
     mask = servers.mask(info.mask_topic)
     given: Mapping[str, Any] = {"base": info.base, "multiplier": info.multiplier, "percentage": info.type == PERCENT}
     return group.build(SpeedFilter, SPEED_FILTER, mask=mask, **given)

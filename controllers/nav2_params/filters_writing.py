@@ -9,7 +9,14 @@ from itertools import chain, count
 from typing import Any
 
 from controllers.nav2_params.filter_servers import INFO_SERVERS, MASK_SERVERS
-from controllers.nav2_params.filters_section import ABSOLUTE, CLASSES, LIMIT_TOPIC, PERCENT, USUAL_LIMIT_TOPIC
+from controllers.nav2_params.filters_section import (
+    ABSOLUTE,
+    CLASSES,
+    INFLATION_LAYER,
+    LIMIT_TOPIC,
+    PERCENT,
+    USUAL_LIMIT_TOPIC,
+)
 from controllers.nav2_params.navigation import NavigationParams
 from controllers.releases import Release
 from gym_mapbench.costmap import CostmapParams, FilterMask, KeepoutFilter, SpeedFilter
@@ -26,6 +33,7 @@ def filter_groups(costmap: CostmapParams, where: str) -> dict[str, Any]:
     """Return the list of a costmap's filters behind the layers and the groups of all; nothing where there are none."""
     ros_names = _ros_names(where, costmap)
     groups = {name: _group(each, ros_names[name], costmap.release) for name, each in _filters(costmap)}
+    groups |= _inflations(costmap)
     return {**_listed(costmap, groups), **groups}
 
 
@@ -37,6 +45,7 @@ def filter_values(costmap: CostmapParams) -> dict[str, Any]:
     """
     groups = {name: {**_group(each, "", costmap.release), **_effect(each)} for name, each in _filters(costmap)}
     kept = {name: {key: group[key] for key in group if not key.endswith("_topic")} for name, group in groups.items()}
+    kept |= _inflations(costmap)
     among = {"plugins": list(costmap.plugins)} if costmap.filters_among_layers else {}
     return {**among, **_listed(costmap, kept), **kept}
 
@@ -45,6 +54,19 @@ def _listed(costmap: CostmapParams, names: Iterable[str]) -> dict[str, list[str]
     """Return the list of the filters behind the layers; nothing where there are none, as ROS takes no empty list."""
     behind = [name for name in names if name not in costmap.filters_among_layers]
     return {"filters": behind} if behind else {}
+
+
+def _inflations(costmap: CostmapParams) -> dict[str, dict[str, Any]]:
+    """Return the groups of the inflation layers behind the filters.
+
+    Raises:
+        ConfigError: If a filter has the name of one.
+    """
+    for name in costmap.inflation_filters:
+        if name in costmap.keepout_filters or name in costmap.speed_filters:
+            raise ConfigError(f"inflation_filters.{name}: expected a name that no filter has")
+    layers = costmap.inflation_filters.items()
+    return {name: INFLATION_LAYER.write(each.model_dump(mode="json"), costmap.release) for name, each in layers}
 
 
 def filter_nodes(navigation: NavigationParams) -> dict[str, dict[str, Any]]:

@@ -163,7 +163,21 @@ MONITOR_POLYGON = Keys(
     },
 )
 MONITOR_SOURCE = Keys(
-    ros_only=frozenset({"max_height", "min_height", "min_range", "obstacles_angle", "source_timeout", "topic"}),
+    ros_only=frozenset(
+        {
+            "cost_threshold",
+            "max_height",
+            "min_height",
+            "min_range",
+            "obstacles_angle",
+            "sampling_distance",
+            "source_timeout",
+            "topic",
+            "transport_type",
+            "treat_unknown_as_obstacle",
+            "use_global_height",
+        }
+    ),
 )
 _NO_OVERRIDE = "a robot in a keepout zone sees the costs of the zone"
 KEEPOUT_FILTER = Keys(

@@ -64,11 +64,14 @@ def _take_list(section: Section, key: str, optional: bool = False) -> tuple[str,
 
 
 def _tell_sources(section: Section, monitor: CollisionMonitor) -> None:
-    """List the sources of points for which the lidar does not stand."""
+    """List the sources of points for which the lidar does not stand, and polygons that have no others."""
     for name, source in monitor.observation_sources.items():
         if source.enabled and name not in monitor.lidar_sources:
             why = f"{source.type}: the robots here have one lidar"
             section.findings.add("left_out", f"{section.name}.{name}", why)
+    for name, polygon in monitor.polygons.items():
+        if polygon.enabled and monitor.lidar_sources and not monitor.sees(polygon):
+            section.findings.add("left_out", f"{section.name}.{name}", "none of its sources is the lidar")
 
 
 def _read_source(group: Section) -> MonitorSource:

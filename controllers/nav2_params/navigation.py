@@ -74,7 +74,7 @@ class ControllerServer(ExtendedSettings):
         min_theta_velocity_threshold: Likewise of the turn rate, rad/s.
         failure_tolerance: Seconds for which a controller may have no valid command; 0 for none, -1 for any time.
         publish_zero_velocity: Whether the robot is told to stop where an action ends; where it does not reach its goal,
-            Humble's robot always is.
+            Humble's and Lyrical's robot always is.
         costmap_update_timeout: Seconds after which the server gives up to wait for a cleared costmap (since Jazzy).
         progress_checker: Parameters of the progress checker.
         goal_checker: Parameters of the goal checker.

@@ -73,8 +73,9 @@ def describe_robot(robot: RobotSpec) -> str:
 
 def describe_monitor(monitor: CollisionMonitor) -> str:
     """Describe in one line what a collision monitor does with the commands."""
-    active = [f"{name} {_act(polygon)}" for name, polygon in monitor.polygons.items() if polygon.enabled]
-    if not monitor.enabled or not active or not monitor.lidar_sources:
+    acting = {name: each for name, each in monitor.polygons.items() if each.enabled and monitor.sees(each)}
+    active = [f"{name} {_act(polygon)}" for name, polygon in acting.items()]
+    if not monitor.enabled or not active:
         return "changes no command, as it has no enabled polygon or source"
     return "; ".join(active)
 
@@ -105,6 +106,10 @@ def describe_filters(navigation: NavigationParams) -> list[str]:
     for where, costmap in navigation.costmaps.items():
         lines += [f"{name} ({where}) {_keep_out(each)}" for name, each in costmap.keepout_filters.items()]
         lines += [f"{name} ({where}) {_slow_down(each)}" for name, each in costmap.speed_filters.items()]
+        lines += [
+            f"{name} ({where}) inflates the zones by {each.inflation_radius:g} m"
+            for name, each in costmap.inflation_filters.items()
+        ]
     return lines
 
 

@@ -1,7 +1,7 @@
 """Checkers: whether the goal is reached, and whether the robot makes progress.
 
 Source: nav2_controller (Humble, Jazzy and Lyrical) plugins/simple_goal_checker.cpp, stopped_goal_checker.cpp,
-position_goal_checker.cpp (since Jazzy), simple_progress_checker.cpp, pose_progress_checker.cpp.
+position_goal_checker.cpp, simple_progress_checker.cpp, pose_progress_checker.cpp.
 """
 
 from __future__ import annotations
@@ -90,7 +90,7 @@ class StoppedGoalChecker(SimpleGoalChecker):
 
 
 class PositionGoalChecker(SimpleGoalChecker):
-    """Wants the position alone (since Jazzy)."""
+    """Wants the position alone."""
 
     def is_goal_reached(self, pose: Pose, goal: Pose, velocity: Twist, local: LocalPlan | None = None) -> bool:
         """Return whether the robot at ``pose`` is at ``goal``, whatever its heading."""

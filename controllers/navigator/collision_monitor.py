@@ -66,9 +66,8 @@ class CollisionMonitor:
     ) -> None:
         self._shifts, self._lidar = params.base_shift_correction, lidar
         self._beams = np.stack([np.cos(lidar.angles), np.sin(lidar.angles)], axis=1)
-        seen = params.lidar_sources
         self._zones = [
-            (Zone(name, polygon, release, footprint), not seen.isdisjoint(polygon.sources_names or seen))
+            (Zone(name, polygon, release, footprint), params.sees(polygon))
             for name, polygon in params.polygons.items()
             if polygon.enabled and params.enabled
         ]

@@ -87,7 +87,7 @@ class ControllerServer:
         self._rate = Rate(1.0 / params.controller_frequency, restarts=True)
         self._checks_goal_first = release != "humble"
         self._stops_at_goal = params.publish_zero_velocity
-        self._stops_elsewhere = params.publish_zero_velocity or release == "humble"
+        self._stops_elsewhere = params.publish_zero_velocity or release != "jazzy"
         self._wait = CostmapWait(costmap, NEVER if release == "humble" else params.costmap_update_timeout)
         self._path_handler = FeasiblePathHandler(params.path_handler) if release == "lyrical" else None
         self._local_plan: LocalPlan | None = None
@@ -237,7 +237,7 @@ class ControllerServer:
         return Outcome(Result.ABORTED, code, reason)
 
     def _end(self, stops: bool) -> None:
-        """Stop the robot if ``publish_zero_velocity`` says so (``onGoalExit``); since Jazzy, reset the controller."""
+        """Stop the robot if ``stops`` says so, and since Jazzy reset the controller (``onGoalExit``)."""
         if stops:
             self._publish(STOP)
         if self._end_action is not None:

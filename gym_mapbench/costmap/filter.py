@@ -19,6 +19,9 @@ class CostmapFilter(ABC):
     def depends_on_robot(self) -> bool:
         """Whether its costs change with the robot's pose."""
 
+    def reset(self) -> None:  # noqa: B027 - most filters have nothing to forget
+        """Begin anew, as the costmap is cleared."""
+
     def update_bounds(self, window: Window, robot: Pose, box: Box) -> None:  # noqa: B027 - most filters follow
         """Widen the box that the layers have changed; arguments as in :meth:`~gym_mapbench.costmap.layer.Layer`."""
 

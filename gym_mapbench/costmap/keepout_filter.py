@@ -61,15 +61,19 @@ class Keepout(CostmapFilter):
         self._options, self._release = options, release
         self._costs = mask_costs(options.mask)
         self._geometry = options.mask.geometry
-        self._has_news = release != "humble"
         self._was_lethal = self._is_lethal = False
-        self._touched_box = _nothing()
-        self._touched_cells: Cells | None = None
+        self.reset()
 
     @property
     def depends_on_robot(self) -> bool:
         """Whether the costs change with the robot's pose."""
         return self._options.override_lethal_cost
+
+    def reset(self) -> None:
+        """Take the mask anew (``initializeFilter``): since Jazzy it then widens the next update."""
+        self._has_news = self._release != "humble"
+        self._touched_box = _nothing()
+        self._touched_cells: Cells | None = None
 
     def update_bounds(self, window: Window, robot: Pose, box: Box) -> None:
         """Widen the box by a new mask, and in Lyrical by what was touched while the robot was in a lethal zone."""

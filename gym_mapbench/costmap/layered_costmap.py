@@ -12,7 +12,8 @@ import numpy as np
 
 from gym_mapbench.costmap.filter import CostmapFilter
 from gym_mapbench.costmap.grid import Costmap
-from gym_mapbench.costmap.inflation_layer import Inflation
+from gym_mapbench.costmap.inflation_filter import InflationBehind
+from gym_mapbench.costmap.inflation_layer import Inflation, InflationLayer
 from gym_mapbench.costmap.keepout_filter import Keepout
 from gym_mapbench.costmap.layer import Box, Cells, Costs, Layer, LayerContext, Window
 from gym_mapbench.costmap.layers import LAYERS
@@ -93,6 +94,9 @@ class LayeredCostmap:
                 layer.reset()
             elif name in plugins:
                 layer.clear_cells()
+        if not plugins:
+            for each in self._filters:
+                each.reset()
 
     def clear_square(self, x: float, y: float, side: float, *, outside: bool, plugins: Sequence[str] = ()) -> bool:
         """Forget what the layers that look at scans know of a square (``clearRegion``).
@@ -163,7 +167,8 @@ class LayeredCostmap:
         context = LayerContext(params, grid, self._window.shape, self._window.resolution, self._footprint)
         keepouts = {name: Keepout(options, params.release) for name, options in params.keepout_filters.items()}
         speeds = {name: SpeedZones(options) for name, options in params.speed_filters.items()}
-        among, made = params.filters_among_layers, [*keepouts.items(), *speeds.items()]
+        behind = {name: _inflation(name, layer, context) for name, layer in params.inflation_filters.items()}
+        among, made = params.filters_among_layers, [*keepouts.items(), *speeds.items(), *behind.items()]
         self._speed_zones = list(speeds.values())
         self._follows_robot = any(each.depends_on_robot for _, each in made)
         self._filters = [each for name, each in made if name not in among]
@@ -232,11 +237,23 @@ def _make_layer(name: str, params: CostmapParams, context: LayerContext) -> Laye
     return layer if name in LAYERS.built_in else _GuardedLayer(name, layer)
 
 
+def _inflation(name: str, options: InflationLayer, context: LayerContext) -> InflationBehind:
+    """Make an inflation layer that works behind the filters."""
+    try:
+        return InflationBehind(Inflation(options, context))
+    except ConfigError as error:
+        raise ConfigError(f"inflation_filters.{name}.{error}") from None
+
+
 class _FilterLayer(Layer):
     """The filters of one name that ``plugins`` lists among the layers: the layers behind see what they write."""
 
     def __init__(self, filters: list[CostmapFilter]) -> None:
         self._filters = filters
+
+    def reset(self) -> None:
+        for each in self._filters:
+            each.reset()
 
     def update_bounds(self, window: Window, robot: Pose, box: Box) -> None:
         self._robot = robot

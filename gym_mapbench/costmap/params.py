@@ -7,7 +7,7 @@ from typing import Any, cast
 
 from pydantic import SerializeAsAny, SerializerFunctionWrapHandler, model_serializer, model_validator
 
-from gym_mapbench.costmap.inflation_layer import InflationLayer
+from gym_mapbench.costmap.inflation_layer import InflationLayer, check_options
 from gym_mapbench.costmap.keepout_filter import KeepoutFilter
 from gym_mapbench.costmap.layers import LAYERS
 from gym_mapbench.costmap.obstacle_layer import ObservationSource, ObstacleLayer
@@ -20,7 +20,7 @@ from gym_mapbench.ros_params import refuse_missing
 from gym_mapbench.settings import Settings
 
 BRINGUP_SCAN = ObservationSource(clearing=True, max_obstacle_height=2.0)
-FILTERS = ("keepout_filters", "speed_filters")
+FILTERS = ("keepout_filters", "speed_filters", "inflation_filters")
 """Options that are saved only if there are filters."""
 ALWAYS_SAVED = ("static_layer", "obstacle_layer", "voxel_layer", "inflation_layer")
 """Layers whose options are kept and saved even if ``plugins`` does not list them."""
@@ -40,12 +40,15 @@ class CostmapParams(CostmapOptions):
         keepout_filters: Name of a keepout filter -> its options; a filter works behind all layers, unless ``plugins``
             lists it among them.
         speed_filters: Name of a speed filter -> its options.
+        inflation_filters: Name of an inflation layer behind the filters -> its options; it inflates keepout zones as
+            well.
     """
 
     plugins: tuple[str, ...] = ("static_layer", "obstacle_layer", "inflation_layer")
     layers: dict[str, SerializeAsAny[Settings]] = {}  # noqa: RUF012, pydantic copies it
     keepout_filters: dict[str, KeepoutFilter] = {}  # noqa: RUF012, pydantic copies it
     speed_filters: dict[str, SpeedFilter] = {}  # noqa: RUF012, pydantic copies it
+    inflation_filters: dict[str, InflationLayer] = {}  # noqa: RUF012, pydantic copies it
 
     def __init__(self, **values: Any) -> None:
         super().__init__(**values)
@@ -170,6 +173,21 @@ class CostmapParams(CostmapOptions):
         for name, keepout in self.keepout_filters.items():
             if keepout.override_lethal_cost and self.release == "humble":
                 raise ConfigError(f"keepout_filters.{name}.override_lethal_cost: Nav2 Humble has no such parameter")
+        return self
+
+    @model_validator(mode="after")
+    def _inflates_as_the_layer(self) -> CostmapParams:
+        """Refuse options of inflation layers behind the filters that the release or the layer's section denies."""
+        for name, options in self.inflation_filters.items():
+            try:
+                check_options(options, self.release)
+            except ConfigError as error:
+                raise ConfigError(f"inflation_filters.{name}.{error}") from None
+            if name in self.plugins and options != self.layers.get(name):
+                raise ConfigError(
+                    f"inflation_filters.{name}: expected the options of the layer of this name, got others; Nav2 reads "
+                    "one section for both"
+                )
         return self
 
 

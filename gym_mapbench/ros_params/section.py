@@ -59,8 +59,11 @@ class Section:
         """Take out a list of at least ``least`` different names."""
         value = self.values.pop(key, default)
         self._refuse_template(key, value)
-        if not isinstance(value, (list, tuple)) or not all(isinstance(name, str) for name in value):
+        if not isinstance(value, (list, tuple)):
             raise ConfigError(f"{self.name}.{key}: expected a list of names, got {_kind(value)}")
+        for name in value:
+            if not isinstance(name, str):
+                raise ConfigError(f"{self.name}.{key}: expected a list of names, got {_kind(name)} among them")
         if len(value) < least or len(set(value)) < len(value):
             wanted = "at least one name, none" if least else "no name"
             raise ConfigError(f"{self.name}.{key}: expected {wanted} twice, got {list(value)}")

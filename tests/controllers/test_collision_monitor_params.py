@@ -93,6 +93,26 @@ class TestReading:
         assert list(read.navigation.collision_monitor.polygons) == ["Stop"]
         assert read.named("left_out") == ("collision_monitor.Zone", "collision_monitor.sonar")
 
+    def test_a_polygon_of_which_the_lidar_is_no_source_is_listed_and_not_described(self):
+        sources = {"observation_sources": ["scan", "camera"], "camera": {"type": "pointcloud", "topic": "points"}}
+        read = parse(polygons=["Stop", "Low"], Low=stop(sources_names=["camera"]), **sources)
+        assert read.named("left_out") == ("collision_monitor.camera", "collision_monitor.Low")
+        monitor = read.navigation.collision_monitor
+        assert describe_monitor(monitor) == "Stop stops the robot (polygon, from 4 points on)"
+        alone = CollisionMonitor(
+            polygons={"Low": monitor.polygons["Low"]}, observation_sources=monitor.observation_sources
+        )
+        assert describe_monitor(alone) == "changes no command, as it has no enabled polygon or source"
+
+    def test_parameters_of_sources_that_the_lidar_does_not_stand_for_are_known(self):
+        sources = {
+            "cloud": {"type": "pointcloud", "topic": "a", "use_global_height": False, "min_range": 0.1},
+            "shape": {"type": "polygon", "topic": "b", "sampling_distance": 0.1},
+            "local": {"type": "costmap", "topic": "c", "cost_threshold": 253, "treat_unknown_as_obstacle": True},
+        }
+        read = parse("lyrical", observation_sources=["scan", *sources], **sources)
+        assert read.named("unknown") == ()
+
     def test_what_serves_ros_alone_and_what_is_unknown_is_listed(self):
         read = parse(stop_pub_timeout=2.0, state_topic="s", Stop=stop(visualize=True, enable=True), Other=stop())
         assert set(read.named("ros_only")) == {

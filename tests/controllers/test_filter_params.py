@@ -18,7 +18,7 @@ from controllers.nav2_params import (
 from controllers.nav2_params.migration import migrate_file
 from controllers.nav2_params.summary import describe_filters, summarise
 from controllers.releases import RELEASES
-from gym_mapbench.costmap import CostmapParams, FilterMask, KeepoutFilter, SpeedFilter
+from gym_mapbench.costmap import CostmapParams, FilterMask, InflationLayer, KeepoutFilter, SpeedFilter
 from gym_mapbench.errors import ConfigError
 from gym_mapbench.mapio.netpbm import encode_pgm
 
@@ -120,6 +120,46 @@ def test_both_costmaps_may_listen_to_the_same_servers(folder):
     given = read(folder, more=local, zones=keepout())
     assert given.navigation.local_costmap.keepout_filters == given.navigation.global_costmap.keepout_filters
     assert given.named("ros_only").count("keepout_filter_mask_server.frame_id") == 1
+
+
+INFLATION = {"plugin": "nav2_costmap_2d::InflationLayer", "inflation_radius": 0.9, "cost_scaling_factor": 2.0}
+
+
+@pytest.mark.parametrize("release", RELEASES)
+def test_an_inflation_layer_behind_the_filters(folder, release):
+    given = read(folder, release, zones=keepout(), again=INFLATION)
+    costmap = given.navigation.global_costmap
+    assert costmap.inflation_filters == {"again": InflationLayer(inflation_radius=0.9, cost_scaling_factor=2.0)}
+    assert not given.named("left_out")
+    assert "again (global_costmap) inflates the zones by 0.9 m" in describe_filters(given.navigation)
+    written = write_nav2_params(given.navigation)["global_costmap"]["global_costmap"]["ros__parameters"]
+    assert written["filters"] == ["zones", "again"]
+    assert written["again"].items() >= INFLATION.items()
+
+
+def test_an_inflation_layer_may_be_a_layer_and_behind_the_filters_at_once(folder):
+    """Its section counts for both; the layer had the defaults of Nav2's code, not those of the file."""
+    path = folder / "nav2_params.yaml"
+    costmap = {"plugins": ["static_layer", "inflation_layer"], "filters": ["zones", "inflation_layer"]}
+    costmap |= {"static_layer": LAYERS["static_layer"], "inflation_layer": INFLATION | {"odd": 1}, "zones": keepout()}
+    path.write_text(yaml.safe_dump(document(more={"global_costmap": {"global_costmap": node(**costmap)}})))
+    given = read_nav2_params(path, release="jazzy")
+    expected = InflationLayer(inflation_radius=0.9, cost_scaling_factor=2.0)
+    assert given.navigation.global_costmap.inflation_layer == expected
+    assert given.navigation.global_costmap.inflation_filters == {"inflation_layer": expected}
+    assert given.named("unknown") == ("global_costmap.global_costmap.inflation_layer.odd",)
+    written = write_nav2_params(given.navigation)["global_costmap"]["global_costmap"]["ros__parameters"]
+    assert (written["plugins"], written["filters"]) == (costmap["plugins"], costmap["filters"])
+    assert parse_nav2_params({"global_costmap": {"global_costmap": node(**written)}}, None, "jazzy")
+
+
+def test_an_inflation_layer_before_a_keepout_filter_is_listed(folder):
+    given = read(folder, again=INFLATION, zones=keepout())
+    assert not given.navigation.global_costmap.inflation_filters
+    assert findings(given)["again"] == (
+        "left_out",
+        "an inflation layer has an effect here only behind all keepout filters",
+    )
 
 
 LAYERS = {

@@ -267,6 +267,7 @@ def test_the_bringup_file_of_humble_is_the_preset_but_for_its_robot_and_smoother
         (follow_path(lookahead_dist="far"), "controller_server.FollowPath.lookahead_dist: expected a valid number"),
         (sample(FollowPath=3), "controller_server.FollowPath: expected a group of parameters, got int"),
         (sample(controller_plugins="FollowPath"), "controller_plugins: expected a list of names, got 'FollowPath'"),
+        (sample(controller_plugins=["A", False]), "controller_plugins: expected a list of names, got False among them"),
         (sample(controller_plugins=["Fast"]), "controller_server.Fast.plugin: expected the class of this controller"),
         (sample(controller_plugins=["Slow", "Slow"]), "expected no name twice"),
         (sample(goal_checker_plugins=[]), "goal_checker_plugins: expected at least one name"),

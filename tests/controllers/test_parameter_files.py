@@ -468,12 +468,18 @@ def test_every_planner_has_a_class_but_nav2s_own(names, plugins, refused):
         parse_nav2_params(document)
 
 
-def test_a_goal_checker_of_the_position_alone_is_jazzys():
+@pytest.mark.parametrize("release", ["humble", "jazzy", "lyrical"])
+def test_every_release_has_a_goal_checker_of_the_position_alone(release):
     document = with_controller(
-        DWB, goal_checker_plugins=["near"], near={"plugin": "nav2_controller::PositionGoalChecker"}
+        DWB, goal_checker_plugins=["near"], near={"plugin": "nav2_controller::PositionGoalChecker", "stateful": False}
     )
-    assert parse_nav2_params(document, None, "jazzy").navigation.controller_server.goal_checker.plugin == "position"
-    with pytest.raises(ConfigError, match=r"near\.plugin: Nav2 Humble has no PositionGoalChecker"):
+    checker = parse_nav2_params(document, None, release).navigation.controller_server.goal_checker
+    assert (checker.plugin, checker.stateful) == ("position", False)
+
+
+def test_a_goal_checker_of_a_later_release_is_refused():
+    document = with_controller(DWB, goal_checker_plugins=["near"], near={"plugin": "nav2_controller::AxisGoalChecker"})
+    with pytest.raises(ConfigError, match=r"near\.plugin: Nav2 Humble has no AxisGoalChecker"):
         parse_nav2_params(document, None, "humble")
 
 

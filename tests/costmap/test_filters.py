@@ -216,13 +216,43 @@ class TestKeepout:
         assert [int(seen.costs[cell]) == 254 for cell in cells] == [False, False, True, True]
         assert local.clearable == ("voxel_layer",)
 
+    @pytest.mark.parametrize("release", RELEASES)
+    def test_an_inflation_layer_behind_the_filters_inflates_the_zones_and_the_layers_do_not_see_it(self, release):
+        """As among the layers before the inflation layer, but the layers' own cells stay without zones."""
+        inflation = InflationLayer(inflation_radius=0.5)
+        params = overall(zone(), release, inflation_layer=inflation).replace(inflation_filters={"again": inflation})
+        before = overall(zone(), release, ("static_layer", "keepout", "inflation_layer"), inflation_layer=inflation)
+        costmap = LayeredCostmap(params, EMPTY, POINT)
+        assert np.array_equal(costmap.update(CENTRE).costs, costs_of(before))
+        costmap.clear()
+        assert np.array_equal(costmap.update(CENTRE).costs, costs_of(before))
+        assert CostmapParams(**params.model_dump(mode="json")) == params
+        assert params.without_filters() == overall(zone(), release, inflation_layer=inflation).without_filters()
+
+    def test_an_inflation_layer_behind_the_filters_has_the_options_of_the_layer_of_its_name(self):
+        with pytest.raises(ConfigError, match=r"inflation_filters\.inflation_layer: expected the options of the layer"):
+            overall(zone()).replace(inflation_filters={"inflation_layer": InflationLayer(inflation_radius=0.9)})
+        with pytest.raises(
+            ConfigError, match=r"inflation_filters\.again\.custom_inscribed_radius: Nav2 Jazzy has none"
+        ):
+            overall(zone()).replace(inflation_filters={"again": InflationLayer(custom_inscribed_radius=0.1)})
+
+    @pytest.mark.parametrize(("release", "seen"), [("humble", False), ("jazzy", True), ("lyrical", True)])
+    def test_since_jazzy_a_clear_makes_the_mask_new_again(self, release, seen):
+        """Without a layer that widens the update, Humble writes no zone into a cleared window."""
+        params = overall(zone(), release, ()).replace(rolling_window=True, width=3, height=3)
+        window = LayeredCostmap(params, EMPTY, POINT)
+        window.update(CENTRE)
+        window.clear()
+        assert (window.update(CENTRE).costs == 254).any() == seen
+
     def test_humble_has_no_override(self):
         with pytest.raises(ConfigError, match=r"keepout_filters\.keepout\.override_lethal_cost: Nav2 Humble has no"):
             overall(zone(), "humble", override_lethal_cost=True)
 
     def test_no_filters_no_trace_in_files(self):
         params = CostmapParams()
-        assert not {"keepout_filters", "speed_filters"} & params.model_dump().keys()
+        assert not {"keepout_filters", "speed_filters", "inflation_filters"} & params.model_dump().keys()
         held = overall(zone()).model_dump(mode="json")
         assert CostmapParams(**held) == overall(zone())
 

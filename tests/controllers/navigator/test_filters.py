@@ -47,7 +47,11 @@ def navigation(release, keepout=None, speed=None, **options):
 
 
 def drive(name, release, scenario=ACROSS, **filters):
-    controller = make_controller(name, navigation=navigation(release, **filters))
+    return drive_through(navigation(release, **filters), name, scenario)
+
+
+def drive_through(params, name="rpp", scenario=ACROSS):
+    controller = make_controller(name, navigation=params)
     env = environment_for(EnvConfig(time_limit=60.0), controller)
     return run_episode(env, controller, scenario, name=name, seed=3)
 
@@ -83,6 +87,15 @@ class TestKeepout:
         assert inside(self.ZONE, straight.trajectory).any()
         assert around.outcome == "goal"
         assert not inside(self.ZONE, around.trajectory).any()
+
+    def test_an_inflation_layer_behind_the_filter_keeps_paths_off_a_zone_without_a_border(self):
+        plain = navigation("jazzy", keepout=zone(2.0, 3.0, 0.0, 2.0))
+        costmaps = {
+            name: each.replace(inflation_filters={"inflation_layer": each.inflation_layer})
+            for name, each in plain.costmaps.items()
+        }
+        outcomes = [drive_through(params).outcome for params in (plain, plain.replace(**costmaps))]
+        assert outcomes == ["controller_failure", "goal"]
 
     def test_a_goal_behind_a_zone_from_wall_to_wall_is_out_of_reach(self):
         episode = drive("rpp", "jazzy", keepout=zone(2.0, 3.0, 0.0, 3.0))

@@ -13,7 +13,7 @@ from controllers.nav2_params.navigation import GoalChecker, ProgressChecker, Vel
 from controllers.navigator import navigator as navigator_module
 from controllers.navigator.controller_server import ControllerServer
 from controllers.navigator.navigator import Navigator
-from gym_mapbench.costmap import build_static_costmap
+from gym_mapbench.costmap import Costmap, build_static_costmap
 from gym_mapbench.errors import ConfigError, NoPathError
 from gym_mapbench.world.frames import IDENTITY
 from gym_mapbench.world.scenario import Pose
@@ -222,14 +222,18 @@ def published_by(release, follower, pose, **changes):
     """What a controller server publishes in the first cycle on a path of 1 m."""
     published = []
     robot = SimpleNamespace(local_pose=pose, odometry=STOP, map_in_local=IDENTITY)
-    costmap = SimpleNamespace(is_current=lambda now: True, next_update=1.0, costmap=None)
+    free = Costmap(np.zeros((60, 60), np.uint8), 0.05, -1.0, -1.5)
+    costmap = SimpleNamespace(is_current=lambda now: True, next_update=1.0, costmap=free)
     executor = ControllerServer(follower, server(**changes), robot, costmap, published.append, release=release)
     executor.begin(np.array([[0.0, 0.0, 0.0], [1.0, 0.0, 0.0]]), 0.0)
     assert executor.step(0.0) is not None
     return published
 
 
-@pytest.mark.parametrize(("release", "at_goal", "failed"), [("humble", [Twist(0.1, 0.2)], [STOP]), ("jazzy", [], [])])
+@pytest.mark.parametrize(
+    ("release", "at_goal", "failed"),
+    [("humble", [Twist(0.1, 0.2)], [STOP]), ("jazzy", [], []), ("lyrical", [], [STOP])],
+)
 def test_the_robot_is_stopped_where_an_action_ends_unless_the_file_says_no(release, at_goal, failed):
     follower, there = PlainFollower(lambda now: Twist(0.1, 0.2)), Pose(1.0, 0.0)
     blocked = PlainFollower(raises(ControllerAbort("no way")))
