@@ -132,12 +132,17 @@ def mcnemar(wins: int, losses: int) -> float:
 
 
 def wilcoxon(differences: Sequence[float]) -> float:
-    """Return the two-sided p-value of Wilcoxon's signed-rank test; 1 if all are zero, NaN if there is none."""
+    """Return the two-sided p-value of Wilcoxon's signed-rank test; 1 if all are zero, NaN if there is none.
+
+    Differences of zero do not count (Wilcoxon 1945). SciPy leaves them out as well, but beside many of them it
+    approximates the p-value of a few others by a normal distribution.
+    """
     from scipy import stats
 
     if not differences:
         return math.nan
-    return float(stats.wilcoxon(differences).pvalue) if any(differences) else 1.0
+    others = [difference for difference in differences if difference != 0]
+    return float(stats.wilcoxon(others).pvalue) if others else 1.0
 
 
 def corrected(p_values: Sequence[float | None]) -> list[float | None]:

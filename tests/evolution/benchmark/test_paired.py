@@ -99,6 +99,12 @@ def test_mcnemar_and_wilcoxon_are_those_of_scipy():
     assert math.isnan(wilcoxon([]))
 
 
+def test_maps_with_equal_times_leave_wilcoxons_test_exact():
+    """Five faster of any number of maps, the others equal: 2 of the 2 ** 5 signs are as far apart."""
+    faster = [0.1, 0.2, 0.3, 0.4, 0.5]
+    assert [wilcoxon([*faster, *[0.0] * equal]) for equal in (0, 3, 9, 60)] == [2 / 2**5] * 4
+
+
 @settings(max_examples=40, deadline=None)
 @given(RUNS)
 def test_swapped_sides_give_the_inverse_ratio(runs):
