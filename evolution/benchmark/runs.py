@@ -54,7 +54,7 @@ class Benchmark(BenchResult):
     Args:
         rows: One row per run, JSON-able: map, controller, repeat, seed, outcome, time (s), length (m), reason, and
             every measure by name.
-        metrics: Further metrics; they are columns of the summary, too.
+        metrics: Further metrics; the summary and the scores of the controllers have them, too.
         reevaluation: The runs as those of one map set, if the maps are the best set of a run and the controllers those
             of that run; else None.
         scenarios: The scenarios; empty if the benchmark was read from a file.
@@ -83,7 +83,9 @@ class Benchmark(BenchResult):
         refuse_unknown("table", name or "summary", TABLES)
         if name in ("controllers", "pairs"):
             names = list(dict.fromkeys(row["controller"] for row in self.rows))
-            return Table((score_rows if name == "controllers" else pair_rows)(self.rows, names))
+            return Table(
+                score_rows(self.rows, names, self.metrics) if name == "controllers" else pair_rows(self.rows, names)
+            )
         return Table(self.rows) if name == "runs" else Table(_summary(rows, self.metrics) for rows in self._groups())
 
     @property

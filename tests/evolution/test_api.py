@@ -47,9 +47,9 @@ def fake_robot(monkeypatch):
 
 
 def test_every_metric_that_is_asked_for_is_a_column_of_the_summary():
-    asked = ["jerk", "freezing_time", "time"]
+    asked = ["jerk", "path_length", "freezing_time", "time"]
     result = bench(OFFICE, "rpp", metrics=asked, workers=1, time_limit=1.0)
-    assert [name for name in result.table().columns if name in asked] == ["jerk", "freezing_time"]
+    assert [name for name in result.table().columns if name in asked] == ["jerk", "path_length", "freezing_time"]
 
 
 @pytest.mark.usefixtures("fake_robot")

@@ -55,7 +55,9 @@ def test_counts_and_weighted_metrics_are_of_every_run_in_all_tables():
     names = ("n_contacts", "barn_score", "jerk")
     (score,) = score_rows(rows, ("a",), names)
     assert [score[name] for name in names] == [0.25, pytest.approx(0.3), 1.0]
-    summary = Benchmark(tuple(rows), names).table()[0]
+    result = Benchmark(tuple(rows), names)
+    assert result.table("controllers")[0] == score
+    summary = result.table()[0]
     assert [summary[name] for name in names] == [0.5, pytest.approx(0.2), 1.0]
 
 
