@@ -118,7 +118,7 @@ def read_rule(text: str, owners: Sequence[str], metrics: Sequence[str] = ()) -> 
         ConfigError: If it is no rule, or there is no such measure or owner.
     """
     found = RULE.fullmatch(text)
-    measures = (*MEASURES, *METRICS.built_in, *metrics)
+    measures = tuple(dict.fromkeys([*MEASURES, *METRICS.built_in, *metrics]))
     limit = None if found is None else _limit(found["limit"], owners, measures)
     if found is None or limit is None:
         raise ConfigError(f"--fail-if: expected a rule like success<0.95 or mppi.time>30, got {text!r}")

@@ -18,7 +18,7 @@ from evolution.driving import Evaluator, Job, JobPlan, RunResult
 from evolution.files import Row, Table, Tabled, write_text
 from evolution.runs import Reevaluation
 from gym_mapbench.errors import refuse_unknown
-from gym_mapbench.metrics import OF_EVERY_RUN
+from gym_mapbench.metrics import OF_BODIES, OF_EVERY_RUN
 from gym_mapbench.world.scenario import Scenario
 
 BENCH, BENCH_TABLE = "bench.json", "bench.csv"
@@ -127,8 +127,9 @@ def bench(scenarios: Sequence[Scenario], plan: JobPlan, evaluator: Evaluator) ->
 
 
 def bench_row(job: Job, result: RunResult) -> Row:
-    """Return all fields of a run, JSON-able; a measure that is not a number is None."""
+    """Return all fields of a run, JSON-able; a measure that is not a number, or measures nothing here, is None."""
     measures = {**result.metrics, **result.timings}
+    nothing = frozenset[str]() if job.scenario.bodies else OF_BODIES
     return {
         "map": job.scenario.name,
         "controller": job.controller.name,
@@ -139,7 +140,11 @@ def bench_row(job: Job, result: RunResult) -> Row:
         "path_length_m": result.path_length_m,
         "reason": result.reason,
         WALLS: job.scenario.map.digest,
-        **{name: value if math.isfinite(value) else None for name, value in measures.items() if name != "time"},
+        **{
+            name: value if math.isfinite(value) and name not in nothing else None
+            for name, value in measures.items()
+            if name != "time"
+        },
     }
 
 

@@ -62,6 +62,12 @@ def test_an_error_counts_in_spl_as_in_success(measure):
     assert broken([read_rule(f"{measure}<0.5", ["dwb"])], {"dwb": rows}) == [f"{measure}<0.5: dwb 0.25"]
 
 
+def test_a_refused_measure_is_answered_with_each_measure_once():
+    with pytest.raises(ConfigError) as refused:
+        read_rule("sucess<1", NAMES, ["path_length"])
+    assert str(refused.value).count(" path_length") == 1
+
+
 def test_labels_may_hold_spaces():
     rule = read_rule(" my params.success < the old.success ", ("my params", "the old"))
     assert (rule.owners, rule.measure, rule.sign) == (("my params",), "success", "<")
