@@ -88,6 +88,9 @@ def test_equal_values_have_no_interval():
     assert (score["mean s"], score["mean s from"], score["recoveries"], score["recoveries to"]) == (5.0, None, 0, None)
     (pair,) = pair_rows(runs("a", [5.0] * 6) + runs("b", [4.0] * 6), ("a", "b"))
     assert (pair["faster s"], pair["faster s from"]) == (1.0, None)
+    times = [19.05, 20.05, 8.15, 7.7, 12.35]
+    (pair,) = pair_rows(runs("a", times) + runs("b", [time - 0.1 for time in times]), ("a", "b"))
+    assert (pair["faster s"], pair["faster s from"]) == (pytest.approx(0.1), None)
     rows = [{**row, "configuration": row["controller"]} for row in runs("a", [5.0] * 6) + runs("b", [5.0] * 6)]
     (compared,) = ParameterComparison(tuple(rows), ()).pairs
     assert (compared["time_ratio"], compared["ratio_low"], compared["p_time"]) == (1.0, None, 1.0)
