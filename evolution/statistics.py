@@ -245,10 +245,10 @@ def mean_interval(groups: Sequence[Sequence[float]]) -> tuple[float, float]:
 def has_interval(values: Sequence[float]) -> bool:
     """Whether a bootstrap interval bounds the mean of some values.
 
-    Fewer than :data:`FEWEST_FOR_INTERVAL` have too few resamples, and equal values have only equal ones: an interval
-    without width would say that the mean is known exactly.
+    Fewer than :data:`FEWEST_FOR_INTERVAL` have too few resamples, and values that are equal, but for rounding errors,
+    have only equal ones: an interval without width would say that the mean is known exactly.
     """
-    return len(values) >= FEWEST_FOR_INTERVAL and min(values) < max(values)
+    return len(values) >= FEWEST_FOR_INTERVAL and not math.isclose(min(values), max(values))
 
 
 def _expanded_tails(n: int) -> tuple[float, float]:

@@ -24,6 +24,7 @@ from evolution.benchmark import (
     reevaluation_in,
     refuse_ruled,
     run_configurations,
+    value_of,
 )
 from evolution.benchmark import bench as run_all
 from evolution.driving import (
@@ -143,7 +144,7 @@ def bench(
 
 def _shown(asked: Sequence[str], rows: Sequence[Row], further: Sequence[str]) -> tuple[str, ...]:
     """Return the metrics that the tables show: those asked for that every run has, and the further ones."""
-    always = [name for name in asked if name in ALWAYS and any(name in row for row in rows)]
+    always = [name for name in asked if name in ALWAYS and any(value_of(row, name) is not None for row in rows)]
     return tuple(dict.fromkeys([*always, *further]))
 
 

@@ -49,7 +49,7 @@ from evolution.benchmark.reading import read_bench
 from evolution.benchmark.reevaluation import reevaluation_in, reevaluation_sentence
 from evolution.benchmark.rules import MEASURES, Rule, broken, read_rule, runs_by_controller
 from evolution.benchmark.runs import BENCH, Benchmark, bench, bench_row
-from evolution.benchmark.scores import goals_of_groups, pair_rows, score_rows, too_few_runs
+from evolution.benchmark.scores import goals_of_groups, pair_rows, score_rows, too_few_runs, value_of
 from evolution.benchmark.summary import table_of_compared, table_of_comparisons, table_of_pairs, table_of_scores
 from evolution.benchmark.time_lost import time_lost, without_people
 
@@ -118,6 +118,7 @@ __all__ = [
     "too_few_runs",
     "unit_of",
     "units_in_words",
+    "value_of",
     "verdict_of_comparison",
     "verdict_of_pairs",
     "without_people",

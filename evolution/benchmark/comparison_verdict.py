@@ -142,6 +142,8 @@ def _winners(a: str, b: str, pair: Row) -> tuple[str | None, str | None]:
 
 
 def _time(a: str, b: str, pair: Row) -> list[str]:
+    if pair["time_ratio"] is None and pair["both"]:
+        return [f"Where both {a} and {b} reach the goal, a run begins there, so times cannot be compared."]
     if pair["time_ratio"] is None:
         return [f"There is no pair of runs in which both {a} and {b} reach the goal, so times cannot be compared."]
     interval = (

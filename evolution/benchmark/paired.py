@@ -35,6 +35,9 @@ TOO_FEW = (
 )
 FEW_MAPS = "Intervals and tests count {}s and are about {} only, as there are fewer than five maps."
 
+DECIMALS = 9
+"""Decimals to which rounding errors do not change a difference of times, s, or the logarithm of a ratio."""
+
 
 class Place(NamedTuple):
     """Where a run is: the name of its task, and what tells the walls of the map apart from others."""
@@ -132,12 +135,18 @@ def mcnemar(wins: int, losses: int) -> float:
 
 
 def wilcoxon(differences: Sequence[float]) -> float:
-    """Return the two-sided p-value of Wilcoxon's signed-rank test; 1 if all are zero, NaN if there is none."""
+    """Return the two-sided p-value of Wilcoxon's signed-rank test; 1 if all are zero, NaN if there is none.
+
+    Differences of zero do not count (Wilcoxon 1945). SciPy leaves them out as well, but beside many of them it
+    approximates the p-value of a few others by a normal distribution. Differences that only rounding errors make differ
+    are ties.
+    """
     from scipy import stats
 
     if not differences:
         return math.nan
-    return float(stats.wilcoxon(differences).pvalue) if any(differences) else 1.0
+    others = [rounded for difference in differences if (rounded := round(difference, DECIMALS))]
+    return float(stats.wilcoxon(others).pvalue) if others else 1.0
 
 
 def corrected(p_values: Sequence[float | None]) -> list[float | None]:

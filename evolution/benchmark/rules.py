@@ -26,7 +26,7 @@ COMPARISONS: dict[str, Callable[[float, float], bool]] = {
     "<": operator.lt,
     ">": operator.gt,
 }
-RULE = re.compile(r"\s*(?P<left>[^<>=!]+?)\s*(?P<sign><=|>=|==|!=|<|>)\s*(?P<limit>\S.*?)\s*")
+RULE = re.compile(r"\s*(?P<left>[^<>!]+?)\s*(?P<sign><=|>=|==|!=|<|>)\s*(?P<limit>\S.*?)\s*")
 
 Measure = Callable[[Sequence[Row]], float | None]
 
@@ -36,7 +36,7 @@ def _share_of_goals(rows: Sequence[Row]) -> float:
 
 
 def _mean_of_goals(column: str) -> Measure:
-    return lambda rows: _mean(row.get(column) for row in _solved(rows))
+    return lambda rows: _mean(value_of(row, column) for row in _solved(rows))
 
 
 def _mean_of_all(column: str) -> Measure:
@@ -118,7 +118,7 @@ def read_rule(text: str, owners: Sequence[str], metrics: Sequence[str] = ()) -> 
         ConfigError: If it is no rule, or there is no such measure or owner.
     """
     found = RULE.fullmatch(text)
-    measures = (*MEASURES, *METRICS.built_in, *metrics)
+    measures = tuple(dict.fromkeys([*MEASURES, *METRICS.built_in, *metrics]))
     limit = None if found is None else _limit(found["limit"], owners, measures)
     if found is None or limit is None:
         raise ConfigError(f"--fail-if: expected a rule like success<0.95 or mppi.time>30, got {text!r}")

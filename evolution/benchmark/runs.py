@@ -18,7 +18,7 @@ from evolution.driving import Evaluator, Job, JobPlan, RunResult
 from evolution.files import Row, Table, Tabled, write_text
 from evolution.runs import Reevaluation
 from gym_mapbench.errors import refuse_unknown
-from gym_mapbench.metrics import OF_EVERY_RUN
+from gym_mapbench.metrics import OF_BODIES, OF_EVERY_RUN
 from gym_mapbench.world.scenario import Scenario
 
 BENCH, BENCH_TABLE = "bench.json", "bench.csv"
@@ -54,7 +54,7 @@ class Benchmark(BenchResult):
     Args:
         rows: One row per run, JSON-able: map, controller, repeat, seed, outcome, time (s), length (m), reason, and
             every measure by name.
-        metrics: Further metrics; they are columns of the summary, too.
+        metrics: Further metrics; the summary and the scores of the controllers have them, too.
         reevaluation: The runs as those of one map set, if the maps are the best set of a run and the controllers those
             of that run; else None.
         scenarios: The scenarios; empty if the benchmark was read from a file.
@@ -83,7 +83,9 @@ class Benchmark(BenchResult):
         refuse_unknown("table", name or "summary", TABLES)
         if name in ("controllers", "pairs"):
             names = list(dict.fromkeys(row["controller"] for row in self.rows))
-            return Table((score_rows if name == "controllers" else pair_rows)(self.rows, names))
+            return Table(
+                score_rows(self.rows, names, self.metrics) if name == "controllers" else pair_rows(self.rows, names)
+            )
         return Table(self.rows) if name == "runs" else Table(_summary(rows, self.metrics) for rows in self._groups())
 
     @property
@@ -125,8 +127,9 @@ def bench(scenarios: Sequence[Scenario], plan: JobPlan, evaluator: Evaluator) ->
 
 
 def bench_row(job: Job, result: RunResult) -> Row:
-    """Return all fields of a run, JSON-able; a measure that is not a number is None."""
+    """Return all fields of a run, JSON-able; a measure that is not a number, or measures nothing here, is None."""
     measures = {**result.metrics, **result.timings}
+    nothing = frozenset[str]() if job.scenario.bodies else OF_BODIES
     return {
         "map": job.scenario.name,
         "controller": job.controller.name,
@@ -137,7 +140,11 @@ def bench_row(job: Job, result: RunResult) -> Row:
         "path_length_m": result.path_length_m,
         "reason": result.reason,
         WALLS: job.scenario.map.digest,
-        **{name: value if math.isfinite(value) else None for name, value in measures.items() if name != "time"},
+        **{
+            name: value if math.isfinite(value) and name not in nothing else None
+            for name, value in measures.items()
+            if name != "time"
+        },
     }
 
 

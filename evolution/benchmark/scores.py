@@ -37,6 +37,8 @@ OF_ALL = {"spl": "spl", "ms": "controller_ms", "recoveries": "n_recoveries"}
 Time and recoveries of a run that ended in an error are unknown, so only the first counts it: as the failure it is.
 """
 MEANS = (*OF_GOALS, *OF_ALL)
+FIELDS = {"path_length": "path_length_m"}
+"""Fields of the metrics that have another name in the rows."""
 SHARES = {"success": "goal", "collision": "collision", "timeout": "timeout"}
 """Columns that are shares of the runs, and the outcome whose share they are."""
 
@@ -91,10 +93,13 @@ def _score(name: str, rows: Sequence[Row], metrics: Sequence[str]) -> Row:
     return scored
 
 
-def value_of(row: Row, field: str) -> float | None:
-    """Return a measure of a run; None if it has none. A run that ended in an error is a failure, with a weight of 0."""
-    weighted = row["outcome"] == "error" and field in WEIGHTED_BY_SUCCESS
-    return 0.0 if weighted else row.get(field)
+def value_of(row: Row, name: str) -> float | None:
+    """Return a measure of a run by its name, or by its field in the row; None if it has none.
+
+    A run that ended in an error is a failure, with a weight of 0.
+    """
+    weighted = row["outcome"] == "error" and name in WEIGHTED_BY_SUCCESS
+    return 0.0 if weighted else row.get(FIELDS.get(name, name))
 
 
 def _values(rows: Sequence[Row], field: str) -> Values:

@@ -167,7 +167,7 @@ def print_benchmark(result: Benchmark, form: str, notes: Sequence[str] = ()) -> 
         return
     print_table(result.table())
     if len({row["map"] for row in result.rows}) > 1:
-        print_table(table_of_scores(result.table("controllers")))
+        print_table(table_of_scores(result.table("controllers"), result.metrics))
         print_table(table_of_pairs(result.table("pairs")))
         controllers = [row["controller"] for row in result.table("controllers")]
         notes = [*few_maps_in_words(result.rows), *too_few_runs(result.rows, controllers), *notes]

@@ -186,7 +186,7 @@ def _missing(result: Benchmark) -> list[str]:
 def _tables(result: Benchmark, controllers: Sequence[str]) -> list[PageTable]:
     runs, failures = split_reasons(result.rows)
     return [
-        page_table("Controllers", table_of_scores(result.table("controllers"))),
+        page_table("Controllers", table_of_scores(result.table("controllers"), result.metrics)),
         *([page_table("Pairs", table_of_pairs(result.table("pairs")))] if len(controllers) > 1 else []),
         page_table("Maps", result.table()),
         *([page_table("Failed runs", Table(failures))] if failures else []),

@@ -154,6 +154,9 @@ ALWAYS = tuple(function.__name__ for function in _FUNCTIONS)
 MORE_IS_BETTER = frozenset({"min_clearance", "mean_clearance", "spl", "barn_score", "min_distance_to_people"})
 """Names of the metrics of which a larger value is the better one."""
 
+OF_BODIES = frozenset({"min_distance_to_people"})
+"""Names of the metrics that measure nothing where no body moves; a search needs a number there, tables have none."""
+
 WEIGHTED_BY_SUCCESS = frozenset({"spl", "barn_score"})
 """Names of the metrics that are 0 for a failure."""
 

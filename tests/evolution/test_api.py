@@ -32,6 +32,7 @@ from gym_mapbench.world.noise import read_noise
 from gym_mapbench.world.scenario import Pose, Scenario
 from tests.evolution import fake_runs
 from tests.evolution.processes import PATIENCE
+from tests.worlds import among, line
 
 OFFICE = Path(__file__).resolve().parents[2] / "examples" / "office.yaml"
 
@@ -47,9 +48,18 @@ def fake_robot(monkeypatch):
 
 
 def test_every_metric_that_is_asked_for_is_a_column_of_the_summary():
-    asked = ["jerk", "freezing_time", "time"]
+    asked = ["jerk", "path_length", "freezing_time", "time"]
     result = bench(OFFICE, "rpp", metrics=asked, workers=1, time_limit=1.0)
-    assert [name for name in result.table().columns if name in asked] == ["jerk", "freezing_time"]
+    assert [name for name in result.table().columns if name in asked] == ["jerk", "path_length", "freezing_time"]
+
+
+def test_a_map_without_people_has_no_distance_to_people():
+    """The 1000 m of a search there would be most of a mean over maps, and hide a touch from a rule."""
+    asked = ["min_distance_to_people", "personal_space_time"]
+    rooms = [replace(among(), name="empty"), among(line((2.5, 0.8), (1.0, 0.8), 0.5))]
+    empty, crossed = bench(rooms, "rpp", metrics=asked, workers=1, time_limit=1.0).rows
+    assert [empty[name] for name in asked] == [None, 0.0]
+    assert 0.0 < crossed["min_distance_to_people"] < 2.0
 
 
 @pytest.mark.usefixtures("fake_robot")

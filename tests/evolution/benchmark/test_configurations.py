@@ -353,6 +353,14 @@ def test_the_command_compares_and_fails_by_rule(tmp_path, capsys):
     assert '<td data-label="over all maps">n_contacts</td>' in page.read_text(encoding="utf-8")
 
 
+def test_the_verdict_does_not_deny_goals_of_runs_that_begin_there():
+    rows = tuple(run(label, "m", "goal", 0.0) for label in "ab")
+    text = " ".join(verdict_of_comparison(ParameterComparison(rows, ())))
+    assert "b reaches the goal in 1 of 1 run, a in 1 of 1." in text
+    assert "Where both a and b reach the goal, a run begins there, so times cannot be compared." in text
+    assert "There is no pair" not in text
+
+
 def test_the_verdict_of_a_sweep_names_the_values_that_differ():
     often, fast, shown, *_ = verdict_of_comparison(by_hand(swept=True))
     assert often == "b reaches the goal most often, in 8 of 8 runs."

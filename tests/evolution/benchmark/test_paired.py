@@ -99,6 +99,21 @@ def test_mcnemar_and_wilcoxon_are_those_of_scipy():
     assert math.isnan(wilcoxon([]))
 
 
+def test_maps_with_equal_times_leave_wilcoxons_test_exact():
+    """Five faster of any number of maps, the others equal: 2 of the 2 ** 5 signs are as far apart."""
+    faster = [0.1, 0.2, 0.3, 0.4, 0.5]
+    assert [wilcoxon([*faster, *[0.0] * equal]) for equal in (0, 3, 9, 60)] == [2 / 2**5] * 4
+
+
+def test_times_that_differ_alike_are_ties():
+    """A step of the clock is 0.05 s, so many differences are equal, but floats of them differ in the last digits."""
+    steps, gains = [210, 399, 187, 333, 250, 402, 281, 517], [1, 1, -1, 2, 2, -2, 4, 5]
+    differences = [0.05 * (step + gain) - 0.05 * step for step, gain in zip(steps, gains, strict=True)]
+    assert len({*map(abs, differences)}) > 5
+    assert wilcoxon(differences) == wilcoxon([*map(float, gains)])
+    assert wilcoxon([0.1 + 0.2 - 0.3, 0.0]) == 1.0
+
+
 @settings(max_examples=40, deadline=None)
 @given(RUNS)
 def test_swapped_sides_give_the_inverse_ratio(runs):

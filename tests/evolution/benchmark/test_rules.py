@@ -6,6 +6,7 @@ import pytest
 
 from evolution.benchmark import broken, read_rule, runs_by_controller
 from gym_mapbench.errors import ConfigError
+from gym_mapbench.metrics import METRICS
 
 NAMES = ("dwb", "my.mppi")
 
@@ -61,6 +62,12 @@ def test_an_error_counts_in_spl_as_in_success(measure):
     assert broken([read_rule(f"{measure}<0.5", ["dwb"])], {"dwb": rows}) == [f"{measure}<0.5: dwb 0.25"]
 
 
+def test_a_refused_measure_is_answered_with_each_measure_once():
+    with pytest.raises(ConfigError) as refused:
+        read_rule("sucess<1", NAMES, ["path_length"])
+    assert str(refused.value).count(" path_length") == 1
+
+
 def test_labels_may_hold_spaces():
     rule = read_rule(" my params.success < the old.success ", ("my params", "the old"))
     assert (rule.owners, rule.measure, rule.sign) == (("my params",), "success", "<")
@@ -85,6 +92,23 @@ def test_labels_may_hold_spaces():
 def test_bad_rules(rule, reason):
     with pytest.raises(ConfigError, match=reason):
         read_rule(rule, NAMES)
+
+
+def test_every_metric_can_be_judged():
+    """The driven length has another name in the rows than among the metrics."""
+    row = {"outcome": "goal", "time_s": 9.0, "path_length_m": 4.0, **dict.fromkeys(METRICS.built_in, 4.0)}
+    del row["path_length"]
+    for name in METRICS.built_in:
+        assert read_rule(f"{name}>3", ["dwb"]).broken_by({"dwb": [row]}) == [f"{name}>3: dwb 4"]
+
+
+@pytest.mark.parametrize("sign", ["<", "<=", "==", "!=", ">", ">="])
+def test_labels_of_a_sweep_hold_an_equals_sign(sign):
+    names = ("own", "lookahead_dist=0.3", "lookahead_dist=0.3,max_angular_accel=3")
+    rule = read_rule(f"{names[1]}.time{sign}20", names)
+    assert (rule.owners, rule.measure, rule.sign, rule.limit) == ((names[1],), "time", sign, 20.0)
+    rule = read_rule(f"{names[2]}.time{sign}{names[1]}.time", names)
+    assert (rule.owners, rule.measure, rule.sign, rule.limit) == ((names[2],), "time", sign, (names[1], "time"))
 
 
 def test_a_metric_that_is_asked_for_can_be_judged():

@@ -55,7 +55,9 @@ def test_counts_and_weighted_metrics_are_of_every_run_in_all_tables():
     names = ("n_contacts", "barn_score", "jerk")
     (score,) = score_rows(rows, ("a",), names)
     assert [score[name] for name in names] == [0.25, pytest.approx(0.3), 1.0]
-    summary = Benchmark(tuple(rows), names).table()[0]
+    result = Benchmark(tuple(rows), names)
+    assert result.table("controllers")[0] == score
+    summary = result.table()[0]
     assert [summary[name] for name in names] == [0.5, pytest.approx(0.2), 1.0]
 
 
@@ -86,6 +88,9 @@ def test_equal_values_have_no_interval():
     assert (score["mean s"], score["mean s from"], score["recoveries"], score["recoveries to"]) == (5.0, None, 0, None)
     (pair,) = pair_rows(runs("a", [5.0] * 6) + runs("b", [4.0] * 6), ("a", "b"))
     assert (pair["faster s"], pair["faster s from"]) == (1.0, None)
+    times = [19.05, 20.05, 8.15, 7.7, 12.35]
+    (pair,) = pair_rows(runs("a", times) + runs("b", [time - 0.1 for time in times]), ("a", "b"))
+    assert (pair["faster s"], pair["faster s from"]) == (pytest.approx(0.1), None)
     rows = [{**row, "configuration": row["controller"]} for row in runs("a", [5.0] * 6) + runs("b", [5.0] * 6)]
     (compared,) = ParameterComparison(tuple(rows), ()).pairs
     assert (compared["time_ratio"], compared["ratio_low"], compared["p_time"]) == (1.0, None, 1.0)
