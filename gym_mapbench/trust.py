@@ -99,6 +99,13 @@ def refuse_code(document: object, where: object, to_drive: Collection[str] = ())
             raise UntrustedError(f"{where}: {place}: {text!r:.80} would run code; if you trust this file, {HINT}")
 
 
+def modules_in(document: object) -> list[str]:
+    """Return the modules that a document names as ``module:attribute``, each once, in order."""
+    found = (RUNS_CODE.fullmatch(text) for _, text in _candidates(document, ""))
+    names = (match[1] for match in found if match is not None and MODULE_ATTRIBUTE.fullmatch(match[1]))
+    return list(dict.fromkeys(name.partition(":")[0] for name in names))
+
+
 def _candidates(document: Any, place: str) -> Iterator[tuple[str, str]]:
     """Yield every text in a document that may match ``RUNS_CODE``, keys included, with its place."""
     if isinstance(document, str):

@@ -9,6 +9,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
+from evolution.files.code import code_digests, code_of
 from evolution.files.documents import advising
 from evolution.files.plain import WriteError, make_directory, read_json, write_new_json
 from evolution.files.versions import refuse_version, versions
@@ -16,6 +17,9 @@ from gym_mapbench.errors import ConfigError, RunError
 from gym_mapbench.trust import refuse_code
 
 LOG = logging.getLogger(__name__)
+
+CODE = "code"
+"""Key of the content hashes of the modules that the options name; a file whose options name none does not have it."""
 
 LONGEST = 80
 """Characters of a value in an error."""
@@ -57,7 +61,7 @@ class DirectoryKind:
             document: The options it is begun with, JSON-able.
 
         Returns:
-            The content of its file: the document and the versions of the software.
+            The content of its file: the document, the versions of the software, and the hashes of the code it names.
 
         Raises:
             ConfigError: If the directory is not empty; nothing is changed.
@@ -67,7 +71,9 @@ class DirectoryKind:
         if self.holds(path):
             raise ConfigError(held)
         new_directory(path)
+        code = code_of(document)
         config = {"format": self.format, "format_version": self.format_version, **versions(), **document}
+        config |= {CODE: code} if code else {}
         try:
             write_new_json(path / self.mark, config)
         except FileExistsError:
@@ -115,7 +121,7 @@ class DirectoryKind:
     def check_resumed(
         self, path: Path, config: Mapping[str, Any], document: Mapping[str, Any], options: Options = dict
     ) -> None:
-        """Refuse to continue a directory with options other than those it was begun with.
+        """Refuse to continue a directory with other options or other code than it was begun with.
 
         Args:
             path: The directory.
@@ -124,13 +130,25 @@ class DirectoryKind:
             options: Returns the options of a document, as errors name them.
 
         Raises:
-            ConfigError: If an option differs, naming it.
+            ConfigError: If an option differs, or the code of a module, naming it.
             RunError: If another version of this package wrote the directory.
         """
         refuse_version(config, path)
+        self._refuse_other_code(path, config)
         begun = {key: config.get(key) for key in document}
         for name, before, now in differences(options(begun), options(json.loads(json.dumps(document)))):
             raise ConfigError(f"{path}: {name} was {_plain(before)} when the {self.what} began, got {_plain(now)}")
+
+    def _refuse_other_code(self, path: Path, config: Mapping[str, Any]) -> None:
+        """Refuse to continue with other code; a module that is missing now is reported by whoever loads it."""
+        begun = config.get(CODE)
+        begun = begun if isinstance(begun, dict) else {}
+        for module, digest in code_digests(begun).items():
+            if digest != begun[module]:
+                raise ConfigError(
+                    f"{path}: expected the code of {module} as it was when the {self.what} began, got other code; "
+                    f"restore it, or begin the {self.what} again in another directory"
+                )
 
 
 def differences(was: Any, now: Any, name: str = "") -> Iterable[tuple[str, Any, Any]]:

@@ -23,7 +23,7 @@ from gym_mapbench.trust import refuse_code
 from gym_mapbench.world.scenario import Scenario
 
 SECTIONS = ("search", "controllers", "run")
-RECORDED = ("format", "format_version", "version", "libraries")
+RECORDED = ("format", "format_version", "version", "libraries", "code")
 """Keys that the ``config.json`` of a run has besides the sections."""
 DEFAULT_PRESET = "robust"
 """The default preset."""

@@ -1,4 +1,4 @@
-"""The callback of a training: evaluations, checkpoints, progress, and the end at Ctrl-C or SIGTERM."""
+"""The callback of a training: evaluations, checkpoints, progress, and the end at a signal."""
 
 from __future__ import annotations
 
@@ -20,8 +20,8 @@ from evolution.training.vec_env import TrainingWorlds, share_done
 
 OnProgress = Callable[[TrainProgress], None]
 
-SIGNALS = (signal.SIGINT, signal.SIGTERM)
-"""Ctrl-C, and what a machine sends that will be taken away."""
+SIGNALS = tuple(getattr(signal, name) for name in ("SIGINT", "SIGTERM", "SIGHUP") if hasattr(signal, name))
+"""Ctrl-C, what a machine sends that will be taken away, and the end of the terminal; Windows has no SIGHUP."""
 
 
 class Interruption:
@@ -32,11 +32,15 @@ class Interruption:
 
     @contextmanager
     def heeded(self) -> Iterator[None]:
-        """Take note of a signal inside the ``with`` block instead of stopping at once; a second one stops at once."""
+        """Take note of a signal inside the ``with`` block instead of stopping at once; a second one stops at once.
+
+        A signal that is ignored, as after ``nohup``, stays ignored.
+        """
         if threading.current_thread() is not threading.main_thread():
             yield
             return
-        before = {number: signal.signal(number, self._ask) for number in SIGNALS}
+        heard = [number for number in SIGNALS if signal.getsignal(number) is not signal.SIG_IGN]
+        before = {number: signal.signal(number, self._ask) for number in heard}
         try:
             yield
         finally:

@@ -58,7 +58,8 @@ maps.json, curriculum.json    the maps it trains on, if they are not random
 state.json          where the training stands
 tensorboard/        logs, if TensorBoard was installed
 vecnormalize.npz    statistics of inputs and rewards that --resume needs, where the settings want them
-replay_buffer.npz   experience of SAC, TD3 at the last Ctrl-C or SIGTERM; --resume uses it if model.zip is of its step
+replay_buffer.npz   experience of SAC, TD3 at the last Ctrl-C, SIGTERM or SIGHUP; --resume uses it if model.zip is of
+                    its step
 
 A model is a file of Stable-Baselines3 with a card in it, mapbench.json: what it sees, how often it decides.
 Model files can run code when they are loaded to drive: use only your own, and those of people you trust. --resume reads

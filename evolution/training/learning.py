@@ -75,7 +75,7 @@ def learn(directory: TrainingDir, on_progress: Callable[[TrainProgress], None] |
     Raises:
         RunError: If the directory is damaged, cannot be written, was written by another version of this package, or
             another process trains there; or if the training diverges.
-        KeyboardInterrupt: At Ctrl-C or SIGTERM; the model is kept and can be continued.
+        KeyboardInterrupt: At Ctrl-C, SIGTERM or SIGHUP; the model is kept and can be continued.
     """
     with locked(directory.path / TRAINING.mark, 0.0):
         if not (directory.state or {}).get("finished"):
@@ -102,7 +102,7 @@ def _check_held_out(scenarios: Sequence[Scenario], others: Sequence[Scenario]) -
 
 
 def _go_on(directory: TrainingDir, on_progress: Callable[[TrainProgress], None] | None) -> None:
-    """Train to the end, or until Ctrl-C or SIGTERM."""
+    """Train to the end, or until Ctrl-C, SIGTERM or SIGHUP."""
     from evolution.training.callback import Companion, Interruption
     from evolution.training.vec_env import TrainingWorlds
 

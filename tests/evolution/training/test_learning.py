@@ -101,7 +101,9 @@ def test_the_same_seed_is_the_same_model_and_another_is_not(tmp_path):
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize(("algorithm", "number"), [("ppo", signal.SIGTERM), ("sac", signal.SIGINT)])
+@pytest.mark.parametrize(
+    ("algorithm", "number"), [("ppo", signal.SIGTERM), ("sac", signal.SIGINT), ("td3", signal.SIGHUP)]
+)
 def test_a_signal_leaves_a_model_that_is_continued(algorithm, number, tmp_path):
     def interrupt(progress):
         if progress.steps >= 160:
@@ -120,6 +122,19 @@ def test_a_signal_leaves_a_model_that_is_continued(algorithm, number, tmp_path):
     assert [row["steps"] for row in done.curve][: len(stopped.curve)] == [row["steps"] for row in stopped.curve]
     assert done.curve[-1]["seconds"] > stopped.state["seconds"]
     assert train(resume=tmp_path / "run").curve == done.curve
+
+
+@pytest.mark.parametrize("number", [signal.SIGINT, signal.SIGHUP])
+def test_a_signal_that_was_ignored_before_does_not_stop_a_training(number, tmp_path):
+    def interrupt(progress):
+        os.kill(os.getpid(), number)
+
+    before = signal.signal(number, signal.SIG_IGN)
+    try:
+        training = train("ppo", config=small(), out=tmp_path / "run", on_progress=interrupt)
+    finally:
+        signal.signal(number, before)
+    assert training.finished
 
 
 def test_a_signal_in_the_last_update_leaves_the_last_evaluation_to_do(tmp_path, monkeypatch):
