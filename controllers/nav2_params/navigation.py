@@ -202,9 +202,9 @@ class NavigationParams(ExtendedSettings):
                 raise ConfigError(f"{name}: expected parameters of Nav2's {self.release}, {got}")
         plugin = self.controller_server.goal_checker.plugin
         if self.release not in GOAL_CHECKERS[plugin]:
-            known = " or ".join(name for name, names in GOAL_CHECKERS.items() if self.release in names)
+            known = ", ".join(name for name, names in GOAL_CHECKERS.items() if self.release in names)
             first = next(iter(GOAL_CHECKERS[plugin])).capitalize()
-            raise ConfigError(f"goal_checker.plugin: expected {known}, got {first}'s goal checker {plugin}")
+            raise ConfigError(f"goal_checker.plugin: expected one of {known}, got {first}'s goal checker {plugin}")
         if self.release != "lyrical" and self.controller_server.path_handler != PathHandler():
             raise ConfigError(f"path_handler: Nav2 {self.release.capitalize()} has none; its controllers cut the plan")
         return self

@@ -11,6 +11,8 @@ from dataclasses import dataclass, field
 from functools import cached_property, partial
 from typing import Any, NamedTuple
 
+import numpy as np
+
 from controllers.nav2_params.navigation import NavigationParams
 from controllers.navigator import error_codes
 from controllers.navigator.action_nodes import ActionNode, ServiceNode
@@ -116,7 +118,7 @@ class Blackboard:
     clock: Clock = field(default_factory=Clock)
     paths: dict[str, Any] = field(default_factory=dict)
     followed: str = PATH
-    plan_ends: set[tuple[float, float]] = field(default_factory=set)
+    plan_ends: set[tuple[float, ...]] = field(default_factory=set)
     goal_reached: bool = False
     failure: tuple[RunOutcome, str] = ("controller_failure", "")
     codes: dict[str, int] = field(default_factory=dict)
@@ -240,9 +242,9 @@ class FollowPath(ActionNode):
             board.log(*board.failure)
 
 
-def _ends_of(path: Any) -> list[tuple[float, float]]:
+def _ends_of(path: Any) -> list[tuple[float, ...]]:
     """Return the position at which a path ends; none if it has no pose."""
-    return [(float(x), float(y)) for x, y, _ in path[-1:]]
+    return [tuple(np.ravel(pose)[:2].tolist()) for pose in path[-1:]]
 
 
 class ClearCostmap(ServiceNode):

@@ -245,7 +245,7 @@ def test_what_only_lyrical_has_is_refused_elsewhere():
         PlannerPlugin(params={"max_cycles_factor": 8})
     checker = ControllerServer(goal_checker=GoalChecker(plugin="adaptive"))
     with pytest.raises(
-        ConfigError, match="expected simple or stopped or position, got Lyrical's goal checker adaptive"
+        ConfigError, match="expected one of simple, stopped, position, got Lyrical's goal checker adaptive"
     ):
         NavigationParams(release="jazzy", controller_server=checker)
 

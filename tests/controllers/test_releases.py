@@ -78,10 +78,10 @@ def test_releases_do_not_mix(options, where):
         NavigationParams(release="jazzy", **options)
 
 
-def test_only_jazzy_looks_at_the_position_alone():
-    server = ControllerServer(goal_checker=GoalChecker(plugin="position"))
-    assert NavigationParams(release="jazzy", controller_server=server).release == "jazzy"
-    with pytest.raises(ConfigError, match=r"goal_checker.plugin: expected simple or stopped, got Jazzy's"):
+def test_only_lyrical_looks_along_and_across_the_path():
+    server = ControllerServer(goal_checker=GoalChecker(plugin="axis"))
+    assert NavigationParams(release="lyrical", controller_server=server).release == "lyrical"
+    with pytest.raises(ConfigError, match=r"goal_checker.plugin: expected one of simple, stopped, position, got Lyrical's"):
         NavigationParams(controller_server=server)
 
 
