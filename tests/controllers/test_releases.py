@@ -81,7 +81,7 @@ def test_releases_do_not_mix(options, where):
 def test_only_lyrical_looks_along_and_across_the_path():
     server = ControllerServer(goal_checker=GoalChecker(plugin="axis"))
     assert NavigationParams(release="lyrical", controller_server=server).release == "lyrical"
-    with pytest.raises(ConfigError, match=r"goal_checker.plugin: expected one of simple, stopped, position, got Lyrical's"):
+    with pytest.raises(ConfigError, match=r"plugin: expected one of simple, stopped, position, got Lyrical's"):
         NavigationParams(controller_server=server)
 
 
