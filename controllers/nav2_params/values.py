@@ -105,13 +105,14 @@ def write_values(text: str, controller: str, values: Values, known: Values) -> s
     document, root = parse_yaml(text, "parameter file")
     groups = {full: group for full, _, group in parameter_groups(root, "")} if root else {}
     nodes, edits = all_nodes(document), Edits(text)
+    giving_of = {node: giving_sections(nodes, node) for node in ("controller_server", *COSTMAPS)}
     for name, value in values.items():
         node, _, key = name.partition(".") if name.partition(".")[0] in COSTMAPS else ("controller_server", "", name)
-        giving = {full: alone for full, alone in giving_sections(nodes, node).items() if full in groups}
+        giving = {full: alone for full, alone in giving_of[node].items() if full in groups}
         if not giving:
             raise ConfigError(f"{name}: the file has no section {node}")
         named = _named_as_in if node in COSTMAPS else partial(_placed_as_in, controller)
-        places = [_Place(groups[full], named(groups[full], key), alone) for full, alone in giving.items()]
+        places = [_place(groups[full], named(groups[full], key), alone) for full, alone in giving.items()]
         _write(edits, places, in_type(value, known.get(name)))
     return edits.apply()
 
@@ -155,19 +156,18 @@ class _Place(NamedTuple):
     """A section in which a value may stand.
 
     Args:
-        group: The parameters of the section.
+        entries: All parameters of the section by name.
         name: The name that the parameter has there.
         alone: Whether a change there changes nothing else.
     """
 
-    group: yaml.MappingNode
+    entries: Mapping[str, Entry]
     name: str
     alone: bool
 
-    @property
-    def entries(self) -> dict[str, Entry]:
-        """All parameters of the section by name."""
-        return {entry.name: entry for entry in entries(self.group)}
+
+def _place(group: yaml.MappingNode, name: str, alone: bool) -> _Place:
+    return _Place({entry.name: entry for entry in entries(group)}, name, alone)
 
 
 def _write(edits: Edits, places: Sequence[_Place], value: Value) -> None:

@@ -44,6 +44,13 @@ def acted(policy, **options):
     return controller.act(OBSERVATION)
 
 
+def drive_two_episodes(controller):
+    for _ in range(2):
+        controller.reset(context())
+        for _ in range(3):
+            controller.act(OBSERVATION)
+
+
 @pytest.mark.parametrize(
     "answer", [(0.1, 0.2), [0.1, 0.2], np.array([0.1, 0.2]), (np.array([0.1, 0.2]), None), ([0.1, 0.2], "state")]
 )
@@ -53,11 +60,7 @@ def test_every_form_of_answer(answer):
 
 def test_state_is_carried_until_reset():
     policy = Policy()
-    controller = as_controller(policy, "mine")
-    for _ in range(2):
-        controller.reset(context())
-        for _ in range(3):
-            controller.act(OBSERVATION)
+    drive_two_episodes(as_controller(policy, "mine"))
     assert policy.seen == 2 * SEEN
 
 
@@ -93,11 +96,7 @@ class Options(Delegate):
 )
 def test_every_form_of_predict_is_told_the_state_and_the_beginning(form):
     policy = Policy()
-    controller = as_controller(form(policy), "mine", ("goal",))
-    for _ in range(2):
-        controller.reset(context())
-        for _ in range(3):
-            controller.act(OBSERVATION)
+    drive_two_episodes(as_controller(form(policy), "mine", ("goal",)))
     assert policy.seen == 2 * SEEN
 
 
