@@ -20,7 +20,6 @@ from controllers.nav2_params.filters_section import (
 from controllers.nav2_params.navigation import NavigationParams
 from controllers.releases import Release
 from gym_mapbench.costmap import CostmapParams, FilterMask, KeepoutFilter, SpeedFilter
-from gym_mapbench.errors import ConfigError
 from gym_mapbench.mapio import Occupancy, occupancy_files
 
 FOLDER = "maps/masks"
@@ -57,14 +56,7 @@ def _listed(costmap: CostmapParams, names: Iterable[str]) -> dict[str, list[str]
 
 
 def _inflations(costmap: CostmapParams) -> dict[str, dict[str, Any]]:
-    """Return the groups of the inflation layers behind the filters.
-
-    Raises:
-        ConfigError: If a filter has the name of one.
-    """
-    for name in costmap.inflation_filters:
-        if name in costmap.keepout_filters or name in costmap.speed_filters:
-            raise ConfigError(f"inflation_filters.{name}: expected a name that no filter has")
+    """Return the groups of the inflation layers behind the filters."""
     layers = costmap.inflation_filters.items()
     return {name: INFLATION_LAYER.write(each.model_dump(mode="json"), costmap.release) for name, each in layers}
 
@@ -109,10 +101,7 @@ def _ros_names(where: str, costmap: CostmapParams) -> dict[str, str]:
 
 
 def _filters(costmap: CostmapParams) -> list[tuple[str, Filter]]:
-    """Return all filters; raises ``ConfigError`` if two have one name, as Nav2 lists them together."""
-    for name in costmap.keepout_filters:
-        if name in costmap.speed_filters:
-            raise ConfigError(f"speed_filters.{name}: expected a name that no filter in keepout_filters has")
+    """Return all filters."""
     return [*costmap.keepout_filters.items(), *costmap.speed_filters.items()]
 
 

@@ -37,7 +37,7 @@ from controllers.nav2_params.migration_rules import (
 from controllers.nav2_params.migration_work import Work, children, controllers_in, listed
 from controllers.nav2_params.monitor_migration import NODE as MONITOR
 from controllers.nav2_params.monitor_migration import migrate_monitor
-from controllers.nav2_params.nodes import Node, all_nodes, is_of_nav2
+from controllers.nav2_params.nodes import Node, all_nodes, is_of_nav2, is_wildcard
 from controllers.nav2_params.older import OLD_BEHAVIORS, OLD_NODES, todays_names
 from controllers.nav2_params.plugins import COSTMAP_LAYERS
 from controllers.nav2_params.recognition import recognise
@@ -48,7 +48,6 @@ from controllers.nav2_params.tree_file import NAVIGATOR
 from controllers.nav2_params.tree_ids import PROGRESS_CHECKER
 from controllers.nav2_params.wildcard_migration import (
     Nodes,
-    is_wild,
     nodes_of,
     refuse_shared_name,
     refuse_split_controllers,
@@ -289,7 +288,7 @@ def _respell(work: Work, full: str, entry: Entry) -> None:
     package, _, name = old.replace("::", "/").partition("/")
     separator = "/" if work.target == "humble" else "::"
     new = package.replace("nav2_recoveries", "nav2_behaviors") + separator + name.replace("/", "::")
-    if old.startswith(RESPELT_PACKAGES if is_wild(full) else "nav2_") and name and new != old:
+    if old.startswith(RESPELT_PACKAGES if is_wildcard(full) else "nav2_") and name and new != old:
         work.edits.replace(entry, as_yaml(new))
         work.say(f"{full}.{entry.name}", entry.line, f"written {new}")
 

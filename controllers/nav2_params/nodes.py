@@ -63,7 +63,7 @@ class Node(NamedTuple):
     @property
     def is_wild(self) -> bool:
         """Whether the section is for several nodes."""
-        return any("*" in key for key in self.path)
+        return any(map(is_wildcard, self.path))
 
     @property
     def rank(self) -> tuple[bool, bool, bool, int]:
@@ -84,13 +84,18 @@ def all_nodes(document: object) -> list[Node]:
     return [Node(*found) for found in _walk(document, ())]
 
 
+def is_wildcard(name: str) -> bool:
+    """Whether a name stands for several nodes."""
+    return "*" in name
+
+
 def is_of_nav2(name: str) -> bool:
     """Whether a node is one of Nav2's, or a wildcard that stands for these as well."""
     return (
         OLD_NODES.get(name, name) in SECTIONS
         or name in keys.ROS_ONLY_NODES
         or name.endswith((*keys.INNER_NODES, *keys.FILTER_NODES))
-        or "*" in name
+        or is_wildcard(name)
     )
 
 
@@ -153,7 +158,7 @@ def _leave(node: Node, findings: Findings, missing: set[str]) -> None:
     if known or _serves_ros(node.group):
         findings.add("ros_only", node.full)
     else:
-        findings.add("left_out", node.full, FOR_NO_NODE if "*" in node.name else "")
+        findings.add("left_out", node.full, FOR_NO_NODE if is_wildcard(node.name) else "")
 
 
 def _leave_second(node: Node, other: Node, findings: Findings) -> None:

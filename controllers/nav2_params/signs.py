@@ -10,7 +10,7 @@ from fnmatch import fnmatchcase
 from typing import NamedTuple
 
 from controllers.nav2_params.document import PARAMETERS
-from controllers.nav2_params.nodes import Node
+from controllers.nav2_params.nodes import Node, is_wildcard
 from controllers.nav2_params.plugins import CONTROLLERS, controller_kind
 from controllers.releases import RELEASES, Release
 from gym_mapbench.errors import ConfigError
@@ -121,9 +121,9 @@ def signs_of(node: Node) -> Iterator[Sign]:
     """Yield the signs of one node."""
     yield from marks_of(node)
     parameters = _parameters(node)
-    if node.name in CLASSES or "*" in node.name:
+    if node.name in CLASSES or is_wildcard(node.name):
         yield from _class_signs(node, parameters)
-    if node.section == "controller_server" or "*" in node.name:
+    if node.section == "controller_server" or is_wildcard(node.name):
         for name, group in parameters.items():
             yield from _controller_signs(f"{node.full}.{name}", group)
 
@@ -167,7 +167,7 @@ def _matching(parameters: Mapping[str, object], patterns: tuple[str, ...]) -> li
 
 def _class_signs(node: Node, parameters: Mapping[str, object]) -> Iterator[Sign]:
     """Yield the classes of Nav2's planners or behaviours; a section for several nodes may hold other plugins, too."""
-    packages = OF_CLASSES if "*" in node.name else ("nav2_",)
+    packages = OF_CLASSES if is_wildcard(node.name) else ("nav2_",)
     for key, value in leaves(parameters):
         named = str(value)
         if key.endswith(".plugin") and named.startswith(packages) and ("/" in named or "::" in named):

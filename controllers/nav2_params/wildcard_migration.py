@@ -8,6 +8,7 @@ import yaml
 
 from controllers.nav2_params.controllers_section import HANDLER_LIST
 from controllers.nav2_params.migration_work import Work, children, controllers_in
+from controllers.nav2_params.nodes import is_wildcard
 from controllers.nav2_params.wildcards import told_sections
 from controllers.nav2_params.yaml_edits import Entry
 from gym_mapbench.errors import ConfigError
@@ -22,15 +23,10 @@ HANDLING = frozenset({CONTROLLERS, HANDLER_LIST})
 """Parameters of the server that tell where Lyrical's path handler belongs."""
 
 
-def is_wild(full: str) -> bool:
-    """Whether a section is for several nodes."""
-    return "*" in full
-
-
 def nodes_of(full: str, group: yaml.MappingNode) -> Nodes:
     """Return the name of a section's node, or the wildcard and the sections for which its parameters are."""
     name = _name(full)
-    if not is_wild(name):
+    if not is_wildcard(name):
         return (name,)
     told = told_sections(_first_names(group))
     served = told if SERVER in told or not controllers_in(full, group) else (*told, SERVER)
@@ -43,7 +39,7 @@ def refuse_shared_name(full: str, node: str, entry: Entry) -> None:
     Raises:
         ConfigError: If the parameter would have to be renamed for the behaviour server alone.
     """
-    if is_wild(_name(full)) and node == "behavior_server":
+    if is_wildcard(_name(full)) and node == "behavior_server":
         where = "a section for several nodes, of which other nodes keep the name"
         raise ConfigError(f"{full}.{entry.name}: expected under {node}, got {where}")
 
@@ -54,11 +50,13 @@ def refuse_split_controllers(groups: Groups, work: Work) -> None:
     Raises:
         ConfigError: Naming the controller and the other section.
     """
-    servers = [(full, group) for full, _, group in groups if SERVER in nodes_of(full, group) or is_wild(_name(full))]
+    found = ((full, group) for full, _, group in groups)
+    servers = [one for one in found if SERVER in nodes_of(*one) or is_wildcard(_name(one[0]))]
     crosses = (work.source == "lyrical") != (work.target == "lyrical")
     for full, group in servers:
-        wild, own = is_wild(full), _first_names(group)
-        others = {place: _first_names(other) for place, other in servers if place != full and (wild or is_wild(place))}
+        wild, own = is_wildcard(full), _first_names(group)
+        rivals = ((place, other) for place, other in servers if place != full and (wild or is_wildcard(place)))
+        others = {place: _first_names(other) for place, other in rivals}
         for name in controllers_in(full, group):
             for place, names in others.items():
                 if name in names:

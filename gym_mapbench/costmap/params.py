@@ -176,6 +176,17 @@ class CostmapParams(CostmapOptions):
         return self
 
     @model_validator(mode="after")
+    def _each_filter_has_its_name(self) -> CostmapParams:
+        """Refuse a name that two filters have: Nav2 lists all of them together."""
+        taken: dict[str, str] = {}
+        for kind in FILTERS:
+            for name in getattr(self, kind):
+                if name in taken:
+                    raise ConfigError(f"{kind}.{name}: expected a name that no filter in {taken[name]} has")
+                taken[name] = kind
+        return self
+
+    @model_validator(mode="after")
     def _inflates_as_the_layer(self) -> CostmapParams:
         """Refuse options of inflation layers behind the filters that the release or the layer's section denies."""
         for name, options in self.inflation_filters.items():

@@ -358,12 +358,6 @@ def test_filters_that_ros_would_call_the_same_keep_a_mask_each():
     assert len({content for name, content in files.items() if name.endswith(".pgm")}) == 3
 
 
-def test_a_keepout_and_a_speed_filter_of_one_name_are_not_written():
-    both = CostmapParams(keepout_filters={"a": KeepoutFilter(mask=MASK)}, speed_filters={"a": SpeedFilter(mask=MASK)})
-    with pytest.raises(ConfigError, match=r"speed_filters\.a: expected a name that no filter in keepout_filters has"):
-        write_nav2_params(NavigationParams(global_costmap=both))
-
-
 def test_saved_settings_hold_the_masks(folder):
     navigation = read(folder, zones=keepout(), slow=speed()).navigation
     assert NavigationParams(**navigation.model_dump(mode="json")) == navigation

@@ -246,6 +246,13 @@ class TestKeepout:
         window.clear()
         assert (window.update(CENTRE).costs == 254).any() == seen
 
+    @pytest.mark.parametrize(
+        "second", [{"speed_filters": {"a": SpeedFilter(mask=zone())}}, {"inflation_filters": {"a": InflationLayer()}}]
+    )
+    def test_each_filter_has_a_name_of_its_own(self, second):
+        with pytest.raises(ConfigError, match=r"_filters\.a: expected a name that no filter in keepout_filters has"):
+            CostmapParams(keepout_filters={"a": KeepoutFilter(mask=zone())}, **second)
+
     def test_humble_has_no_override(self):
         with pytest.raises(ConfigError, match=r"keepout_filters\.keepout\.override_lethal_cost: Nav2 Humble has no"):
             overall(zone(), "humble", override_lethal_cost=True)
