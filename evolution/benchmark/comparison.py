@@ -101,7 +101,8 @@ def check_maps(ours: LoadedRun | Benchmark, results: Iterable[RunnerResult]) -> 
     digests = ours.digests if isinstance(ours, Benchmark) else {one.name: one.digest for one in ours.best}
     for name, digest in sorted({(result.map, result.digest) for result in results if result.digest}):
         if digests.get(name, digest) != digest:
-            raise MapFormatError(f"results: expected the map {name} of ours, got one with other walls, start or goal")
+            got = "one with other walls, start, goal or people"
+            raise MapFormatError(f"results: expected the map {name} of ours, got {got}")
 
 
 def check_one_setup(results: Iterable[RunnerResult]) -> None:

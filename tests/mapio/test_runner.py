@@ -15,7 +15,7 @@ from types import SimpleNamespace
 import pytest
 
 from gym_mapbench.errors import MapFormatError
-from gym_mapbench.mapio.runner_results import COLUMNS, read_runner_results
+from gym_mapbench.mapio.runner_results import ADDED_LATER, COLUMNS, read_runner_results
 from tests.evolution.processes import holds_soon, is_gone
 from tests.mapio.fake_ros import (
     SUCCEEDED,
@@ -282,19 +282,30 @@ def test_gz_teleport_asks_the_service(bundle, ros, monkeypatch):
     )
 
 
+HEAD_OF_FIRST_RUNNERS = ",".join(column for column in COLUMNS if column not in ADDED_LATER) + "\n"
+COUNTED = HEAD_OF_FIRST_RUNNERS.replace("\n", ",contacts\n")
+
+
 @pytest.mark.parametrize(
     ("text", "words"),
     [
-        ("", "missing: controller"),
-        ("map,controller\na,b\n", "missing: outcome"),
-        (HEAD + "m,dwb,0,flew,1,1\n", "outcome: expected one of goal, aborted"),
-        (HEAD + "m,dwb,0,goal,soon,1\n", "time_s: expected a number, got 'soon'"),
-        (HEAD + "m,dwb,0,goal,nan,1\n", "time_s: expected a number"),
-        (HEAD + "m,dwb,0,goal,-1,1,0\n", "of 0 or more"),
-        (HEAD + "m,dwb,0,goal,1,1,-1\n", "of 0 or more"),
-        (HEAD + "m,dwb,0,goal,1,1,often\n", "contacts: expected a number, got 'often'"),
-        (HEAD + ",dwb,0,goal,1,1\n", "names of a map and a controller"),
-        (HEAD + "m,dwb\n", "outcome"),
+        ("", "expected the columns map, .*, got '', missing: map"),
+        ("map,controller\na,b\n", "got 'map,controller', missing: repeat"),
+        (COUNTED.replace(",", ";"), "got 'map;.*, missing: map"),
+        (COUNTED.replace("contacts", "time_s"), "expected each column once, got time_s 2 times"),
+        (COUNTED + "m,dwb,0,flew,1,1,0\n", "line 2: outcome: expected one of goal, aborted, .*, got 'flew'"),
+        (COUNTED + "\n\nm,dwb,0,goal,soon,1,0\n", "line 4: time_s: expected a number, got 'soon'"),
+        (COUNTED + "m,dwb,0,goal,nan,1,0\n", "time_s: expected a number, got 'nan'"),
+        (COUNTED + "m,dwb,0,goal,-1,1,0\n", "time_s: expected 0 or more, got '-1'"),
+        (COUNTED + "m,dwb,0,goal,1,-2,0\n", "path_length_m: expected 0 or more, got '-2'"),
+        (COUNTED + "m,dwb,0.5,goal,1,1,0\n", r"repeat: expected a whole number of 0 or more, got '0\.5'"),
+        (COUNTED + "m,dwb,-1,goal,1,1,0\n", "repeat: expected a whole number of 0 or more, got '-1'"),
+        (COUNTED + "m,dwb,0,goal,1,1,0.5\n", r"contacts: expected a whole number of 0 or more, got '0\.5'"),
+        (COUNTED + "m,dwb,0,goal,1,1,often\n", "contacts: expected a number, got 'often'"),
+        (COUNTED + ",dwb,0,goal,1,1,0\n", "names of a map and a controller"),
+        (COUNTED + "m,dwb\n", "line 2: expected 7 cells, as in the first line, got 2"),
+        (HEAD_OF_FIRST_RUNNERS + "m,dwb,0,goal,20,1,8,9\n", "expected 6 cells, as in the first line, got 8"),
+        (COUNTED + "m,dwb,0,goal,1,1,0\rm,rpp,0,goal,1,1,0\r", "not a CSV file"),
     ],
 )
 def test_bad_results(tmp_path, text, words):
@@ -331,7 +342,7 @@ def test_runs_with_other_parameters_or_in_another_simulator_are_not_continued(bu
 
 
 def test_results_of_older_runners_have_no_contacts(tmp_path):
-    (tmp_path / "old.csv").write_text("map,controller,repeat,outcome,time_s,path_length_m\nm,dwb,0,goal,1,2\n")
-    (tmp_path / "new.csv").write_text(HEAD + "m,dwb,0,goal,1,2,3\n")
+    (tmp_path / "old.csv").write_text(HEAD_OF_FIRST_RUNNERS + "m,dwb,0,goal,1,2\n")
+    (tmp_path / "new.csv").write_text(COUNTED + "m,dwb,0,goal,1,2,3\n")
     (old,), (new,) = (read_runner_results(tmp_path / name) for name in ("old.csv", "new.csv"))
     assert (old.contacts, new.contacts) == (None, 3)

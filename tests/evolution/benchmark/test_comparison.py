@@ -84,7 +84,7 @@ def test_results_on_another_map_of_the_same_name_are_refused(files, capsys):
     for maps, code in (({}, 0), (digests, 0), ({**digests, "map_2": "another"}, 2)):
         (files / "bench.json").write_text(json.dumps({"maps": maps, **OURS}))
         assert main(argv) == code
-    assert "expected the map map_2 of ours, got one with other walls, start or goal" in capsys.readouterr().err
+    assert "expected the map map_2 of ours, got one with other walls, start, goal or people" in capsys.readouterr().err
 
 
 @pytest.mark.parametrize(
