@@ -7,6 +7,7 @@ import os
 import re
 from collections.abc import Iterator, Mapping, Sequence
 from contextlib import contextmanager, suppress
+from functools import partial
 from pathlib import Path
 
 from gym_mapbench.errors import ConfigError
@@ -16,8 +17,8 @@ LOG = logging.getLogger(__name__)
 Files = dict[str, str | bytes]
 """Contents by path below the folder they belong in."""
 
-READ = 0o444
-"""The bits of a file's mode that let its users read it."""
+PROGRAM, DOCUMENT = 0o777, 0o666
+"""Modes of new files, before the user's mask."""
 _NAME = re.compile(r"[A-Za-z0-9][A-Za-z0-9_.-]{0,99}")
 _RENAMING = {"map": "; rename its file, or the map in its map-set file"}
 """What to do about a name that cannot be a file name, by what has it."""
@@ -73,12 +74,11 @@ def write_files(files: Mapping[str, str | bytes], folder: Path) -> list[Path]:
         with _all_or_none(folder) as begun:
             for path, content in zip(paths, files.values(), strict=True):
                 path.parent.mkdir(parents=True, exist_ok=True)
-                with open(path, "xb") as file:
+                data = content if isinstance(content, bytes) else content.encode()
+                mode = PROGRAM if data.startswith(b"#!") else DOCUMENT
+                with open(path, "xb", opener=partial(os.open, mode=mode)) as file:
                     begun.append(path)
-                    file.write(data := content if isinstance(content, bytes) else content.encode())
-                if data.startswith(b"#!"):
-                    mode = path.stat().st_mode
-                    path.chmod(mode | (mode & READ) >> 2)
+                    file.write(data)
     except OSError as error:
         raise ConfigError(f"{folder}: cannot be written ({error.strerror}); nothing was written") from None
     for path in paths:
