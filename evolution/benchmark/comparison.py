@@ -61,7 +61,7 @@ class Comparison:
         correlation: Spearman's rho over all pairs that both solved, with its 95 % interval; NaN where there are
             too few pairs to tell.
         order_kept: For each map, whether it has the same rank by Gini coefficient on both sides; maps on which a
-            controller has no time are left out.
+            controller has no time are left out. Empty for one such map or one controller: no ranks could differ.
         missing: Maps and controllers of only one side, in words.
     """
 
@@ -79,9 +79,8 @@ def compare(ours: Times, theirs: Times) -> Comparison:
     """
     common = [key for key in ours if key in theirs]
     if not common:
-        raise MapFormatError(
-            f"results: expected maps and controllers of ours ({_names(ours)}), got others ({_names(theirs)})"
-        )
+        got = f"others ({_names(theirs)})" if theirs else "no run (an error is none)"
+        raise MapFormatError(f"results: expected maps and controllers of ours ({_names(ours)}), got {got}")
     pairs = tuple(_pair(key, ours[key], theirs[key]) for key in common)
     both = [pair for pair in pairs if math.isfinite(pair.ours) and math.isfinite(pair.theirs)]
     return Comparison(
@@ -101,7 +100,8 @@ def check_maps(ours: LoadedRun | Benchmark, results: Iterable[RunnerResult]) -> 
     digests = ours.digests if isinstance(ours, Benchmark) else {one.name: one.digest for one in ours.best}
     for name, digest in sorted({(result.map, result.digest) for result in results if result.digest}):
         if digests.get(name, digest) != digest:
-            raise MapFormatError(f"results: expected the map {name} of ours, got one with other walls, start or goal")
+            got = "one with other walls, start, goal or people"
+            raise MapFormatError(f"results: expected the map {name} of ours, got {got}")
 
 
 def check_one_setup(results: Iterable[RunnerResult]) -> None:
@@ -169,6 +169,8 @@ def _order_kept(pairs: Sequence[Pair]) -> dict[str, bool]:
     controllers = {pair.controller for pair in pairs}
     timed = {(pair.map, pair.controller) for pair in pairs if _finite(pair)}
     solved = [name for name in names if all((name, controller) in timed for controller in controllers)]
+    if min(len(solved), len(controllers)) < 2:
+        return {}
     ours, theirs = (_places(pairs, solved, side) for side in (lambda pair: pair.ours, lambda pair: pair.theirs))
     return {name: ours[name] == theirs[name] for name in solved}
 

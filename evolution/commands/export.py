@@ -3,7 +3,8 @@
 from __future__ import annotations
 
 import argparse
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
@@ -16,17 +17,20 @@ from evolution.files import counted
 from evolution.inputs import run_of
 from evolution.runs import experiment_in
 from evolution.search import DEFAULT_CONTROLLERS
+from gym_mapbench.errors import ConfigError, unknown_name
 from gym_mapbench.mapio import TaskedMap, group_scenarios, load_maps, load_scenarios
 from gym_mapbench.mapio.conversion import write_maps
 from gym_mapbench.mapio.formats import FORMATS, WRITTEN
 from gym_mapbench.mapio.gazebo import export_gazebo
 from gym_mapbench.mapio.gazebo_navigation import BundledNavigation
 from gym_mapbench.mapio.mesh import WALL_HEIGHT
+from gym_mapbench.world.scenario import Scenario
 
 GAZEBO = "gazebo"
 """The format that needs more than maps."""
 EXAMPLES = """  mapbench export runs/first --format gazebo --out package
   mapbench export maps.mapset.json --format map_server --out maps
+  mapbench export runs/first --map map_1,map_3 --format gazebo --out package
   mapbench export office.yaml --format gazebo --params nav2_params.yaml --out package
   mapbench export office.yaml --format gazebo --nav2 jazzy --out package"""
 
@@ -42,6 +46,9 @@ def add_parser(subparsers: argparse._SubParsersAction[argparse.ArgumentParser]) 
     parser.add_argument("source", metavar="RUN_OR_MAPSET", help="run directory, map-set file, or any map")
     parser.add_argument("--format", required=True, metavar="NAME", help=f"one of {GAZEBO}, {', '.join(WRITTEN)}")
     parser.add_argument("--out", required=True, metavar="DIR", help="a new or empty directory")
+    parser.add_argument(
+        "--map", type=options.names, metavar="A,B,..", help="names of the maps that are written (default: all)"
+    )
     parser.add_argument(
         "--wall-height",
         type=options.positive_number,
@@ -67,10 +74,32 @@ def run(args: argparse.Namespace) -> int:
 
 
 def _maps(args: argparse.Namespace) -> list[TaskedMap]:
-    """Return the maps, with the start and goal of the command line in place of those of the files."""
-    if args.start is None and args.goal is None:
-        return load_maps(args.source)
-    return group_scenarios(load_scenarios(args.source, start=args.start, goal=args.goal))
+    """Return the chosen maps, with the start and goal of the command line in place of those of the files."""
+    if args.start is not None or args.goal is not None:
+        return group_scenarios(_scenarios(args))
+    maps = load_maps(args.source)
+    names = _chosen(args.map, [name for one in maps for name in one.names])
+    kept = (one for one in maps if not names.isdisjoint(one.names))
+    return [replace(one, tasks=tuple(task for task in one.tasks if task.name in names)) for one in kept]
+
+
+def _scenarios(args: argparse.Namespace) -> list[Scenario]:
+    """Return the chosen maps with their tasks."""
+    scenarios = load_scenarios(args.source, start=args.start, goal=args.goal)
+    names = _chosen(args.map, [scenario.name for scenario in scenarios])
+    return [scenario for scenario in scenarios if scenario.name in names]
+
+
+def _chosen(wanted: Sequence[str] | None, names: Sequence[str]) -> set[str]:
+    """Return the names given, or all.
+
+    Raises:
+        ConfigError: If a name given is none of ``names``.
+    """
+    for name in wanted or ():
+        if name not in names:
+            raise ConfigError(f"--map: {unknown_name('map', name, names)}")
+    return set(names if wanted is None else wanted)
 
 
 def _export_gazebo(args: argparse.Namespace) -> list[Path]:
@@ -80,7 +109,7 @@ def _export_gazebo(args: argparse.Namespace) -> list[Path]:
     specs = driving_options.controllers_of(args, run)
     read = read_parameter_file(args)
     return export_gazebo(
-        load_scenarios(args.source, start=args.start, goal=args.goal),
+        _scenarios(args),
         args.out,
         navigation=bundled(settings, specs, {} if read is None else read.ros_only),
         robot=settings.environment.robot,

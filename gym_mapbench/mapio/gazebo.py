@@ -19,6 +19,7 @@ from gym_mapbench.mapio.gazebo_robot import RobotModel
 from gym_mapbench.mapio.map_server import map_server_pgm, map_server_yaml
 from gym_mapbench.mapio.mesh import WALL_HEIGHT, Mesh, wall_mesh
 from gym_mapbench.mapio.output import Files, check_names, write_new_folder
+from gym_mapbench.mapio.people import people_yaml
 from gym_mapbench.mapio.poses import poses_yaml, waypoints_yaml
 from gym_mapbench.mapio.rendering import render
 from gym_mapbench.mapio.tasked_map import genome_files
@@ -31,6 +32,8 @@ ROBOT_MODELS = {"classic": "mapbench_robot", "gz": "mapbench_robot_gz"}
 SDF_VERSIONS = {"classic": "1.6", "gz": "1.8"}
 WORLDS = {"classic": "world", "gz": "sdf"}
 """Endings of the worlds' files."""
+TAKEN = (*ROBOT_MODELS.values(), "world", "physics", "sun", "ground_plane")
+"""Names that no map's model may have: of what a world holds besides, and of the frame of every world in SDFormat."""
 
 
 def export_gazebo(
@@ -58,14 +61,15 @@ def export_gazebo(
         The files, as written.
 
     Raises:
-        ConfigError: If the folder holds something, a name cannot be a file name or comes twice, or the walls do not
+        ConfigError: If the folder holds something, a name cannot be a file name or is taken, or the walls do not
             reach the lidar, or a body moves in another way than ``scripted``, walks through walls, or leaves the robot
             no room at start or goal.
     """
     scenarios, out_dir = list(scenarios), Path(out_dir)
     model = RobotModel.of(robot, lidar or LidarSettings())
     check_actors(scenarios, robot)
-    check_names("map", [scenario.name for scenario in scenarios], reserved=tuple(ROBOT_MODELS.values()))
+    people = (f"{scenario.name}_people" for scenario in scenarios if scenario.bodies)
+    check_names("map", [scenario.name for scenario in scenarios], reserved=(*TAKEN, *people))
     if wall_height <= model.lidar_z:
         raise ConfigError(f"wall height: expected more than the lidar's {model.lidar_z:g} m, got {wall_height:g}")
     package = RosPackage(out_dir.resolve().name, scenarios, navigation, model, time_limit, wall_height)
@@ -84,15 +88,20 @@ def map_files(scenario: Scenario, wall_height: float, simulators: Iterable[str])
     name, grid, poses = scenario.name, scenario.map, [scenario.start, scenario.goal]
     values = {"name": name, "actors": actors_of(scenario)}
     worlds: Files = {f"worlds/{name}.{WORLDS[one]}": render(f"{one}_world.sdf.j2", **values) for one in simulators}
-    return worlds | {
-        f"maps/{name}.pgm": map_server_pgm(grid),
-        f"maps/{name}.yaml": map_server_yaml(grid, f"{name}.pgm"),
-        f"models/{name}/model.config": _config(name, "1.6", "Walls of a map made by MapBench"),
-        f"models/{name}/model.sdf": render("map_model.sdf.j2", name=name),
-        f"models/{name}/mesh/map.dae": collada(wall_mesh(_with_edge(grid), wall_height)),
-        f"params/{name}_poses.yaml": poses_yaml(poses),
-        f"params/{name}_waypoints.yaml": waypoints_yaml(poses),
-    }
+    people: Files = {f"maps/{name}_people.yaml": people_yaml(scenario.bodies)} if scenario.bodies else {}
+    return (
+        worlds
+        | people
+        | {
+            f"maps/{name}.pgm": map_server_pgm(grid),
+            f"maps/{name}.yaml": map_server_yaml(grid, f"{name}.pgm"),
+            f"models/{name}/model.config": _config(name, "1.6", "Walls of a map made by MapBench"),
+            f"models/{name}/model.sdf": render("map_model.sdf.j2", name=name),
+            f"models/{name}/mesh/map.dae": collada(wall_mesh(_with_edge(grid), wall_height)),
+            f"params/{name}_poses.yaml": poses_yaml(poses),
+            f"params/{name}_waypoints.yaml": waypoints_yaml(poses),
+        }
+    )
 
 
 def _with_edge(grid: GridMap) -> GridMap:

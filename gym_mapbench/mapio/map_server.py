@@ -150,7 +150,7 @@ def map_server_files(maps: Sequence[TaskedMap]) -> Files:
     Raises:
         ConfigError: If a name cannot be a file name or comes twice.
     """
-    named = [(name, tasked.grid) for tasked in maps for name in _names(tasked)]
+    named = [(name, tasked.grid) for tasked in maps for name in tasked.names]
     tasks = [task for tasked in maps for task in tasked.tasks]
     check_names("map", [name for name, _ in named], [f"{task.name}_poses" for task in tasks])
     files: Files = {}
@@ -160,10 +160,6 @@ def map_server_files(maps: Sequence[TaskedMap]) -> Files:
     for task in tasks:
         files[f"{task.name}_poses.yaml"] = poses_yaml([task.start, task.goal])
     return files
-
-
-def _names(tasked: TaskedMap) -> list[str]:
-    return [task.name for task in tasked.tasks] or [tasked.name]
 
 
 def _names_image(path: Path) -> bool:

@@ -25,6 +25,8 @@ from gym_mapbench.world.gridmap import GridMap
 
 WALL_HEIGHT = 0.5
 """Default height of walls, m."""
+HIGHEST = 1000.0
+"""Largest height of walls, m."""
 SLIDE = 1e-3
 """How far corners that touch only each other move apart, in cells; still resolved by float32 on a map of 100 m."""
 
@@ -71,10 +73,10 @@ def wall_mesh(grid: GridMap, height: float = WALL_HEIGHT) -> Mesh:
     """Extrude the occupied cells from z = 0 to ``height`` (m); unknown cells are no walls.
 
     Raises:
-        ConfigError: If the height is not positive or there is no wall.
+        ConfigError: If the height is not between 0 and :data:`HIGHEST`, or there is no wall.
     """
-    if not 0 < height < 1e3:
-        raise ConfigError(f"wall height: expected more than 0 m, got {height}")
+    if not 0 < height <= HIGHEST:
+        raise ConfigError(f"wall height: expected more than 0 and at most {HIGHEST:g} m, got {height:g}")
     if not grid.occupancy.any():
         raise ConfigError("walls: expected at least one occupied cell, got an empty map")
     surface = _Surface(np.pad(grid.occupancy, 1))

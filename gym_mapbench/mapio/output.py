@@ -7,6 +7,7 @@ import os
 import re
 from collections.abc import Iterator, Mapping, Sequence
 from contextlib import contextmanager, suppress
+from functools import partial
 from pathlib import Path
 
 from gym_mapbench.errors import ConfigError
@@ -16,26 +17,30 @@ LOG = logging.getLogger(__name__)
 Files = dict[str, str | bytes]
 """Contents by path below the folder they belong in."""
 
+PROGRAM, DOCUMENT = 0o777, 0o666
+"""Modes of new files, before the user's mask."""
 _NAME = re.compile(r"[A-Za-z0-9][A-Za-z0-9_.-]{0,99}")
 _RENAMING = {"map": "; rename its file, or the map in its map-set file"}
 """What to do about a name that cannot be a file name, by what has it."""
 
 
 def check_names(what: str, names: Sequence[str], reserved: Sequence[str] = ()) -> None:
-    """Refuse names that cannot be file names everywhere, or come twice.
+    """Refuse names that cannot be file names everywhere, come twice, or are reserved.
 
     Raises:
         ConfigError: Naming the first such name.
     """
     if not names:
         raise ConfigError(f"{what}: expected at least one, got none")
-    seen = set(reserved)
+    seen, hint = set[str](), _RENAMING.get(what, "")
     for name in names:
         if not _NAME.fullmatch(name):
-            hint = _RENAMING.get(what, "")
-            raise ConfigError(f"{what} {name!r}: expected a name of letters, digits, '_', '-' and '.'{hint}")
+            rule = "a name of up to 100 letters, digits, '_', '-' and '.', a letter or digit first"
+            raise ConfigError(f"{what} {name!r:.120}: expected {rule}{hint}")
+        if name in reserved:
+            raise ConfigError(f"{what} {name!r}: expected another name, as another file or model has this one{hint}")
         if name in seen:
-            raise ConfigError(f"{what} {name!r}: expected every name once, got it again (or it is reserved)")
+            raise ConfigError(f"{what} {name!r}: expected every name once, got it again{hint}")
         seen.add(name)
 
 
@@ -56,7 +61,7 @@ def write_new_folder(files: Mapping[str, str | bytes], folder: Path) -> list[Pat
 
 
 def write_files(files: Mapping[str, str | bytes], folder: Path) -> list[Path]:
-    """Write files into an existing folder, and return them.
+    """Write files into an existing folder, and return them; a file that begins with ``#!`` becomes executable.
 
     Raises:
         ConfigError: If one of them is there already (nothing was written then), or cannot be written.
@@ -69,9 +74,11 @@ def write_files(files: Mapping[str, str | bytes], folder: Path) -> list[Path]:
         with _all_or_none(folder) as begun:
             for path, content in zip(paths, files.values(), strict=True):
                 path.parent.mkdir(parents=True, exist_ok=True)
-                with open(path, "xb") as file:
+                data = content if isinstance(content, bytes) else content.encode()
+                mode = PROGRAM if data.startswith(b"#!") else DOCUMENT
+                with open(path, "xb", opener=partial(os.open, mode=mode)) as file:
                     begun.append(path)
-                    file.write(content if isinstance(content, bytes) else content.encode())
+                    file.write(data)
     except OSError as error:
         raise ConfigError(f"{folder}: cannot be written ({error.strerror}); nothing was written") from None
     for path in paths:

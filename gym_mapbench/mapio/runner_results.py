@@ -46,30 +46,56 @@ def read_runner_results(path: str | Path) -> list[RunnerResult]:
     """Read the runner's CSV file, one line per run.
 
     Raises:
-        MapFormatError: If a column is missing, or a value is out of its range.
+        MapFormatError: If a column is missing or comes twice, a line has another number of cells than the first, or a
+            value is out of its range.
     """
     path = Path(path)
-    rows = csv.DictReader(io.StringIO(read_text(path, MAX_RESULTS_BYTES)), restval="")
+    lines = csv.reader(io.StringIO(read_text(path, MAX_RESULTS_BYTES)))
     try:
-        missing = {*COLUMNS} - {*ADDED_LATER, *(rows.fieldnames or ())}
-        if not missing:
-            return [_parse(row, f"{path}: line {number}") for number, row in enumerate(rows, start=2)]
+        columns = next(lines, [])
+        _check_columns(path, columns)
+        return [_parse(columns, cells, f"{path}: line {lines.line_num}") for cells in lines if cells]
     except csv.Error as error:
         raise MapFormatError(f"{path}: not a CSV file ({error})") from None
-    raise MapFormatError(f"{path}: expected the columns {', '.join(COLUMNS)}, missing: {sorted(missing)[0]}")
 
 
-def _parse(row: dict[str, str], where: str) -> RunnerResult:
+def _check_columns(path: Path, columns: list[str]) -> None:
+    """Refuse a first line without a column of the first runners, or with a column twice."""
+    for name in COLUMNS:
+        if name not in (*columns, *ADDED_LATER):
+            got = short(",".join(columns))
+            raise MapFormatError(f"{path}: expected the columns {', '.join(COLUMNS)}, got {got}, missing: {name}")
+        if columns.count(name) > 1:
+            raise MapFormatError(f"{path}: expected each column once, got {name} {columns.count(name)} times")
+
+
+def _parse(columns: list[str], cells: list[str], where: str) -> RunnerResult:
+    """Return the run of one line; a comma within a number would move all later cells."""
+    if len(cells) != len(columns):
+        raise MapFormatError(f"{where}: expected {len(columns)} cells, as in the first line, got {len(cells)}")
+    row = dict(zip(columns, cells, strict=True))
     if row["outcome"] not in RUNNER_OUTCOMES:
         raise MapFormatError(
             f"{where}: outcome: expected one of {', '.join(RUNNER_OUTCOMES)}, got {short(row['outcome'])}"
         )
     if not row["map"] or not row["controller"]:
         raise MapFormatError(f"{where}: expected the names of a map and a controller")
-    repeat, time, length = (as_number(f"{where}: {name}", row[name]) for name in ("repeat", "time_s", "path_length_m"))
-    contacts = as_number(f"{where}: contacts", row["contacts"]) if "contacts" in row else None
-    if min(repeat, time, length, contacts or 0) < 0:
-        raise MapFormatError(f"{where}: expected repeat, time_s, path_length_m and contacts of 0 or more")
-    counted = None if contacts is None else int(contacts)
+    repeat = _count(f"{where}: repeat", row["repeat"])
+    time, length = (_measure(f"{where}: {name}", row[name]) for name in ("time_s", "path_length_m"))
+    contacts = _count(f"{where}: contacts", row["contacts"]) if "contacts" in row else None
     said = (row.get(name, "") for name in ("digest", "simulator", "params"))
-    return RunnerResult(row["map"], row["controller"], int(repeat), row["outcome"], time, length, counted, *said)
+    return RunnerResult(row["map"], row["controller"], repeat, row["outcome"], time, length, contacts, *said)
+
+
+def _measure(where: str, text: str) -> float:
+    value = as_number(where, text)
+    if value < 0:
+        raise MapFormatError(f"{where}: expected 0 or more, got {short(text)}")
+    return value
+
+
+def _count(where: str, text: str) -> int:
+    value = as_number(where, text)
+    if value < 0 or not value.is_integer():
+        raise MapFormatError(f"{where}: expected a whole number of 0 or more, got {short(text)}")
+    return int(value)

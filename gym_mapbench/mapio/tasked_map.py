@@ -49,6 +49,11 @@ class TaskedMap:
             if not isinstance(getattr(self, what), kind):
                 raise ConfigError(f"{what} of a map: expected {kind.__name__}, got {getattr(self, what)!r:.80}")
 
+    @property
+    def names(self) -> list[str]:
+        """Names of the tasks; of the map if it has none."""
+        return [task.name for task in self.tasks] or [self.name]
+
     def renamed(self, name: str) -> TaskedMap:
         """Return the same map and tasks under another name."""
         named = name_tasks(name, [(task.start, task.goal) for task in self.tasks])

@@ -28,6 +28,8 @@ class World:
         self.launch = ["sleep", "60"]  # what stands for the launch file
         self.stuck = set()  # numbers of the teleports after which the robot stays where it is
         self.teleports = 0
+        self.coasting = 0.0  # seconds for which the robot moves on after a goal was cancelled
+        self.at_rest = -math.inf  # the time from which on it rests
         self.touches = []  # simulated times at which the chassis touches a wall, counted from each goal
         self.goal_time = math.inf
         self.ready = True
@@ -36,9 +38,11 @@ class World:
 
     def spin(self):
         self.time += 0.05
+        speed = 0.5 if self.time < self.at_rest else 0.0
+        self.pose = (self.pose[0] + 0.05 * speed, self.pose[1])
         message = SimpleNamespace(
             pose=SimpleNamespace(pose=SimpleNamespace(position=SimpleNamespace(x=self.pose[0], y=self.pose[1]))),
-            twist=SimpleNamespace(twist=empty_twist()),
+            twist=SimpleNamespace(twist=empty_twist(speed)),
         )
         for listener in self.listeners["odom"]:
             listener(message)
@@ -50,8 +54,8 @@ class World:
             raise self.interrupt
 
 
-def empty_twist():
-    return SimpleNamespace(linear=SimpleNamespace(x=0.0), angular=SimpleNamespace(z=0.0))
+def empty_twist(speed=0.0):
+    return SimpleNamespace(linear=SimpleNamespace(x=speed), angular=SimpleNamespace(z=0.0))
 
 
 def empty_pose():
@@ -108,6 +112,7 @@ class Handle:
 
     def cancel_goal_async(self):
         self.world.cancelled += 1
+        self.world.at_rest = self.world.time + self.world.coasting
         return Future(None)
 
 

@@ -12,6 +12,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from gym_mapbench.errors import ConfigError
+from gym_mapbench.mapio import load_scenarios
 from gym_mapbench.mapio.actors import TURN, round_of
 from gym_mapbench.mapio.gazebo import export_gazebo, map_files
 from gym_mapbench.world.bodies import Body, Disc
@@ -89,6 +90,20 @@ def test_only_a_scripted_person_can_be_exported(tmp_path, person):
     with pytest.raises(ConfigError, match=rf"'map_0': body 1: expected the motion 'scripted', got '{name}'"):
         export_gazebo([scenario], tmp_path / "out", **OPTIONS)
     assert not list(tmp_path.iterdir())
+
+
+def test_a_package_is_read_back_with_its_people(tmp_path):
+    aside = body("scripted", waypoints=[[1.5, 0.4], [2.2, 0.4]], speed=1 / 3)
+    rooms = [replace(open_room(), bodies=(walker(), aside)), replace(open_room(), name="empty")]
+    export_gazebo(rooms, tmp_path, **OPTIONS)
+    assert {one.name: one.digest for one in load_scenarios(tmp_path)} == {one.name: one.digest for one in rooms}
+    assert "| `maps/NAME_people.yaml` |" in (tmp_path / "README.md").read_text()
+
+
+def test_a_map_does_not_have_the_name_of_a_file_of_people(tmp_path):
+    rooms = [replace(open_room(), bodies=(walker(),)), replace(open_room(), name="room_people")]
+    with pytest.raises(ConfigError, match="map 'room_people': expected another name"):
+        export_gazebo(rooms, tmp_path / "out", **OPTIONS)
 
 
 @pytest.mark.parametrize(

@@ -65,7 +65,7 @@ def test_no_file_is_replaced(tmp_path, suffix):
 @pytest.mark.parametrize("form", ["map_server", "image", "movingai"])
 def test_names_stay_in_the_folder(tmp_path, name, form):
     with pytest.raises(
-        ConfigError, match=r"expected a name of letters.*; rename its file, or the map in its map-set file"
+        ConfigError, match=r"expected a name of up to 100 letters.*; rename its file, or the map in its map-set file"
     ):
         write_maps([TaskedMap(name, BARE.grid)], tmp_path / "out", form)
     assert not (tmp_path / "out").exists()

@@ -325,7 +325,7 @@ def test_an_occupied_folder_is_left_alone(exported, tmp_path):
         ({"controllers": []}, "controller: expected at least one"),
         ({"controllers": ["rpp"]}, "controller 'rpp': expected a plugin"),
         ({"controllers": ["dwb", "dwb"]}, "expected every name once"),
-        ({"controllers": ["../dwb"]}, "expected a name of letters"),
+        ({"controllers": ["../dwb"]}, "expected a name of up to 100 letters"),
         ({"params": {}}, "controller_server.ros__parameters.controller_plugins"),
         ({"params": PARAMS | {"planner_server": None}}, "planner_server"),
         ({"params": PARAMS | {"behavior_server": None}}, "behavior_server"),
@@ -343,9 +343,24 @@ def test_walls_that_the_lidar_looks_over_write_nothing(tmp_path):
     assert not (tmp_path / "out").exists()
 
 
-@pytest.mark.parametrize("names", [["a", "a"], ["a/b"], [".."], [""], ["mapbench_robot"], ["x" * 101], []])
-def test_bad_map_names_write_nothing(tmp_path, names):
-    with pytest.raises(ConfigError):
+@pytest.mark.parametrize(
+    ("names", "words"),
+    [
+        (["a", "a"], "map 'a': expected every name once, got it again; rename its file"),
+        (["a/b"], "a letter or digit first; rename its file"),
+        ([".."], "a letter or digit first"),
+        ([""], "a letter or digit first"),
+        (["mapbench_robot"], "map 'mapbench_robot': expected another name"),
+        (["world"], "map 'world': expected another name"),
+        (["sun"], "map 'sun': expected another name"),
+        (["physics"], "map 'physics': expected another name"),
+        (["ground_plane"], "map 'ground_plane': expected another name"),
+        (["x" * 101], "a name of up to 100 letters"),
+        ([], "expected at least one, got none"),
+    ],
+)
+def test_bad_map_names_write_nothing(tmp_path, names, words):
+    with pytest.raises(ConfigError, match=words):
         export_gazebo([thesis_scenario(1, name) for name in names], tmp_path / "out", **OPTIONS)
     assert not (tmp_path / "out").exists()
 

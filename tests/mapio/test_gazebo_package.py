@@ -77,6 +77,18 @@ def test_any_folder_gives_a_name_that_ros_takes(tmp_path, name, expected):
     assert ElementTree.parse(tmp_path / name / "package.xml").findtext("name") == expected
 
 
+def test_the_runner_alone_is_executable(package):
+    """colcon build --symlink-install links to the file as it is."""
+    _, folder, files = package
+    assert [path for path in files if path.stat().st_mode & 0o111] == [folder / "run_benchmark.py"]
+
+
+def test_cmake_does_not_call_the_minimum_too_old(package):
+    """CMake 3.31 and later, as Lyrical has, warn of minimum versions below 3.10."""
+    minimum = re.match(r"cmake_minimum_required\(VERSION (\d+)\.(\d+)\)", (package[1] / "CMakeLists.txt").read_text())
+    assert (3, 10) <= tuple(map(int, minimum.groups())) <= (3, 22)  # 3.22 is Humble's
+
+
 AMENT = """
 macro(ament_package)
   install(FILES package.xml DESTINATION share/${PROJECT_NAME})

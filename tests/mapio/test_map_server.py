@@ -229,5 +229,5 @@ def test_a_map_with_many_tasks_is_written_once_a_task(tmp_path):
 def test_no_map_is_named_as_the_poses_of_another(tmp_path):
     grid = load_maps(map_server_files(tmp_path, np.full((6, 6), 254)))[0].grid
     maps = [*group_scenarios([scenario_on(grid, "a")]), TaskedMap("a_poses", grid)]
-    with pytest.raises(ConfigError, match="'a_poses': expected every name once"):
+    with pytest.raises(ConfigError, match="'a_poses': expected another name"):
         write_maps(maps, tmp_path / "out", "map_server")

@@ -82,5 +82,5 @@ def test_cells_are_merged():
 
 @pytest.mark.parametrize("height", [0, -1, np.nan, np.inf])
 def test_bad_heights(height):
-    with pytest.raises(ConfigError, match="wall height"):
+    with pytest.raises(ConfigError, match="wall height: expected more than 0 and at most 1000 m, got"):
         wall_mesh(GridMap.from_rows(["#"]), height)

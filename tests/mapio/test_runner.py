@@ -15,7 +15,7 @@ from types import SimpleNamespace
 import pytest
 
 from gym_mapbench.errors import MapFormatError
-from gym_mapbench.mapio.runner_results import COLUMNS, read_runner_results
+from gym_mapbench.mapio.runner_results import ADDED_LATER, COLUMNS, read_runner_results
 from tests.evolution.processes import holds_soon, is_gone
 from tests.mapio.fake_ros import (
     SUCCEEDED,
@@ -69,7 +69,7 @@ def ros(monkeypatch, bundle):
         ros_gz_interfaces__msg={"Contacts": None},
     )
 
-    def teleport(command, check):
+    def teleport(command, check, stdout):
         """``gz service``."""
         world.teleports += 1
         if world.teleports in world.stuck:
@@ -129,6 +129,16 @@ def test_a_run_that_takes_too_long_is_cancelled(bundle, ros, tmp_path):
     assert result[:4] == ("map_1", "mppi", 0, "timeout")
     assert result.time == pytest.approx(5.0, abs=0.11)
     assert ros.cancelled == 1
+
+
+def test_a_run_begins_at_the_start_though_the_robot_was_still_moving(bundle, ros, tmp_path, monkeypatch):
+    """After a timeout, controller and velocity smoother take a moment to stop the robot."""
+    runner = load(bundle[1] / "run_benchmark.py", "exported_runner")
+    monkeypatch.setattr(runner, "time", SimpleNamespace(monotonic=lambda: ros.time, sleep=time.sleep))
+    ros.coasting = 0.4
+    arguments = ["--maps", "map_0", "--controllers", "mppi", "--repeats", "2", "--time-limit", "5"]
+    assert runner.main([*arguments, "--out", str(tmp_path / "t.csv")]) == 0
+    assert runs_in(tmp_path / "t.csv") == [("map_0", "mppi", repeat, "timeout") for repeat in (0, 1)]
 
 
 def runs_in(path):
@@ -243,7 +253,13 @@ def test_a_missing_package_is_said_before_anything_starts(bundle, ros, tmp_path,
     [
         ([], HEAD, "exists; continue it with --resume"),
         (["--resume"], "my,notes\n1,2\n", "expected a file of this benchmark"),
+        (["--resume"], HEAD + "map_0,dwb,0.5,goal,1,2,3,d,gz,p\n", "expected a file of this benchmark"),
+        (["--resume"], "\0\n", "expected a file of this benchmark"),
         (["--simulator", "webots"], None, "invalid choice: 'webots'"),
+        (["--repeats", "0"], None, "--repeats: expected a whole number above 0, got '0'"),
+        (["--repeats", "1.5"], None, "--repeats: expected a whole number above 0, got '1.5'"),
+        (["--time-limit", "nan"], None, "--time-limit: expected a finite number above 0, got 'nan'"),
+        (["--wall-limit", "-1"], None, "--wall-limit: expected a finite number above 0, got '-1'"),
     ],
 )
 def test_what_the_runner_refuses(bundle, ros, tmp_path, capsys, arguments, text, words):
@@ -259,12 +275,39 @@ def test_what_the_runner_refuses(bundle, ros, tmp_path, capsys, arguments, text,
     assert ros.launched == []
 
 
+def test_a_file_of_other_bytes_or_a_directory_is_not_continued(bundle, ros, tmp_path, capsys):
+    runner = load(bundle[1] / "run_benchmark.py", "exported_runner")
+    (tmp_path / "utf16.csv").write_text(HEAD, encoding="utf-16")
+    (tmp_path / "folder").mkdir()
+    for name in ("utf16.csv", "folder"):
+        with pytest.raises(SystemExit):
+            runner.main(["--resume", "--out", str(tmp_path / name)])
+        assert f"{name}: expected a file of this benchmark" in capsys.readouterr().err
+    assert ros.launched == []
+
+
+@pytest.mark.parametrize("name", ["nav2_params.yaml", "behavior_trees/mppi.xml"])
+def test_a_missing_tree_is_no_failure_of_its_controller(bundle, ros, tmp_path, capsys, name):
+    """Nav2 would take the goal, and abort it at once."""
+    file = bundle[1] / name
+    aside = file.rename(tmp_path / "aside")
+    try:
+        runner = load(bundle[1] / "run_benchmark.py", "exported_runner")
+        with pytest.raises(SystemExit) as ended:
+            runner.main(["--out", str(tmp_path / "times.csv")])
+    finally:
+        aside.rename(file)
+    assert ended.value.code == 2
+    assert f"expected the file {name}, which is missing" in capsys.readouterr().err
+    assert ros.launched == []
+
+
 def test_a_directory_that_does_not_exist_is_refused(bundle, ros, tmp_path, capsys):
     runner = load(bundle[1] / "run_benchmark.py", "exported_runner")
     with pytest.raises(SystemExit) as ended:
         runner.main(["--out", str(tmp_path / "results" / "times.csv")])
     assert ended.value.code == 2
-    assert f"expected a directory that exists, got {tmp_path / 'results'}" in capsys.readouterr().err
+    assert f"expected a directory that exists and is writable, got {tmp_path / 'results'}" in capsys.readouterr().err
     assert ros.launched == []
 
 
@@ -272,7 +315,7 @@ def test_gz_teleport_asks_the_service(bundle, ros, monkeypatch):
     _, folder, _ = bundle
     runner = load(folder / "run_benchmark.py", "exported_runner")
     calls = []
-    monkeypatch.setattr(subprocess, "run", lambda command, check: calls.append(command))
+    monkeypatch.setattr(subprocess, "run", lambda command, check, stdout: calls.append(command))
     runner.GzTeleport("map_0")((1.0, 2.0, math.pi))
     (command,) = calls
     assert command[3] == "/world/map_0/set_pose"
@@ -282,19 +325,30 @@ def test_gz_teleport_asks_the_service(bundle, ros, monkeypatch):
     )
 
 
+HEAD_OF_FIRST_RUNNERS = ",".join(column for column in COLUMNS if column not in ADDED_LATER) + "\n"
+COUNTED = HEAD_OF_FIRST_RUNNERS.replace("\n", ",contacts\n")
+
+
 @pytest.mark.parametrize(
     ("text", "words"),
     [
-        ("", "missing: controller"),
-        ("map,controller\na,b\n", "missing: outcome"),
-        (HEAD + "m,dwb,0,flew,1,1\n", "outcome: expected one of goal, aborted"),
-        (HEAD + "m,dwb,0,goal,soon,1\n", "time_s: expected a number, got 'soon'"),
-        (HEAD + "m,dwb,0,goal,nan,1\n", "time_s: expected a number"),
-        (HEAD + "m,dwb,0,goal,-1,1,0\n", "of 0 or more"),
-        (HEAD + "m,dwb,0,goal,1,1,-1\n", "of 0 or more"),
-        (HEAD + "m,dwb,0,goal,1,1,often\n", "contacts: expected a number, got 'often'"),
-        (HEAD + ",dwb,0,goal,1,1\n", "names of a map and a controller"),
-        (HEAD + "m,dwb\n", "outcome"),
+        ("", "expected the columns map, .*, got '', missing: map"),
+        ("map,controller\na,b\n", "got 'map,controller', missing: repeat"),
+        (COUNTED.replace(",", ";"), "got 'map;.*, missing: map"),
+        (COUNTED.replace("contacts", "time_s"), "expected each column once, got time_s 2 times"),
+        (COUNTED + "m,dwb,0,flew,1,1,0\n", "line 2: outcome: expected one of goal, aborted, .*, got 'flew'"),
+        (COUNTED + "\n\nm,dwb,0,goal,soon,1,0\n", "line 4: time_s: expected a number, got 'soon'"),
+        (COUNTED + "m,dwb,0,goal,nan,1,0\n", "time_s: expected a number, got 'nan'"),
+        (COUNTED + "m,dwb,0,goal,-1,1,0\n", "time_s: expected 0 or more, got '-1'"),
+        (COUNTED + "m,dwb,0,goal,1,-2,0\n", "path_length_m: expected 0 or more, got '-2'"),
+        (COUNTED + "m,dwb,0.5,goal,1,1,0\n", r"repeat: expected a whole number of 0 or more, got '0\.5'"),
+        (COUNTED + "m,dwb,-1,goal,1,1,0\n", "repeat: expected a whole number of 0 or more, got '-1'"),
+        (COUNTED + "m,dwb,0,goal,1,1,0.5\n", r"contacts: expected a whole number of 0 or more, got '0\.5'"),
+        (COUNTED + "m,dwb,0,goal,1,1,often\n", "contacts: expected a number, got 'often'"),
+        (COUNTED + ",dwb,0,goal,1,1,0\n", "names of a map and a controller"),
+        (COUNTED + "m,dwb\n", "line 2: expected 7 cells, as in the first line, got 2"),
+        (HEAD_OF_FIRST_RUNNERS + "m,dwb,0,goal,20,1,8,9\n", "expected 6 cells, as in the first line, got 8"),
+        (COUNTED + "m,dwb,0,goal,1,1,0\rm,rpp,0,goal,1,1,0\r", "not a CSV file"),
     ],
 )
 def test_bad_results(tmp_path, text, words):
@@ -331,7 +385,7 @@ def test_runs_with_other_parameters_or_in_another_simulator_are_not_continued(bu
 
 
 def test_results_of_older_runners_have_no_contacts(tmp_path):
-    (tmp_path / "old.csv").write_text("map,controller,repeat,outcome,time_s,path_length_m\nm,dwb,0,goal,1,2\n")
-    (tmp_path / "new.csv").write_text(HEAD + "m,dwb,0,goal,1,2,3\n")
+    (tmp_path / "old.csv").write_text(HEAD_OF_FIRST_RUNNERS + "m,dwb,0,goal,1,2\n")
+    (tmp_path / "new.csv").write_text(COUNTED + "m,dwb,0,goal,1,2,3\n")
     (old,), (new,) = (read_runner_results(tmp_path / name) for name in ("old.csv", "new.csv"))
     assert (old.contacts, new.contacts) == (None, 3)

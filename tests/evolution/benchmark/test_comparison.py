@@ -84,7 +84,7 @@ def test_results_on_another_map_of_the_same_name_are_refused(files, capsys):
     for maps, code in (({}, 0), (digests, 0), ({**digests, "map_2": "another"}, 2)):
         (files / "bench.json").write_text(json.dumps({"maps": maps, **OURS}))
         assert main(argv) == code
-    assert "expected the map map_2 of ours, got one with other walls, start or goal" in capsys.readouterr().err
+    assert "expected the map map_2 of ours, got one with other walls, start, goal or people" in capsys.readouterr().err
 
 
 @pytest.mark.parametrize(
@@ -125,12 +125,21 @@ def test_an_error_is_no_run_and_its_map_has_no_rank(files):
     assert theirs["map_2", "dwb"] == (40.0,)
     comparison = compare(our_times(read_bench(files / "bench.json")), theirs)
     assert "map_2/rpp: not in the results" in comparison.missing
-    assert comparison.order_kept == {"map_1": True}
+    assert comparison.order_kept == {}  # map_1 is left, and a rank among one map says nothing
 
 
-def test_nothing_in_common_is_refused():
-    with pytest.raises(MapFormatError, match="expected maps"):
-        compare({("a", "x"): (1.0,)}, {("b", "x"): (1.0,)})
+def test_one_controller_ranks_no_map():
+    """Its Gini coefficient is 0 on each map."""
+    assert compare(*[{(name, "x"): (time,) for name, time in (("a", 1.0), ("b", 2.0))}] * 2).order_kept == {}
+
+
+@pytest.mark.parametrize(
+    ("theirs", "words"),
+    [({("b", "x"): (1.0,)}, r"\(a/x\), got others \(b/x\)"), ({}, r"got no run \(an error is none\)")],
+)
+def test_nothing_in_common_is_refused(theirs, words):
+    with pytest.raises(MapFormatError, match=words):
+        compare({("a", "x"): (1.0,)}, theirs)
 
 
 def test_the_command(files, capsys):

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import shutil
 from pathlib import Path
 from xml.etree import ElementTree
 
@@ -13,8 +14,9 @@ from evolution.cli import build_parser, main
 from evolution.commands.driving_options import drive_settings
 from evolution.driving import DriveSettings
 from gym_mapbench.errors import ConfigError
-from gym_mapbench.mapio import load_scenarios
+from gym_mapbench.mapio import load_maps, load_scenarios
 from gym_mapbench.mapio.runner_results import COLUMNS
+from tests.mapio.samples import MOVINGAI_MAP, MOVINGAI_SCEN
 
 EXAMPLES = Path(__file__).resolve().parents[3] / "examples"
 OFFICE = str(EXAMPLES / "office.yaml")
@@ -58,6 +60,53 @@ def test_a_start_and_goal_of_the_command_line_are_written(tmp_path, form, name):
     assert main([*argv, "--out", str(tmp_path / "out")]) == 0
     (scenario,) = load_scenarios(tmp_path / "out" / name)
     assert (scenario.start, scenario.goal) == ((0.8, 2.2, 0.0), (2.5, 2.2, 0.1))
+
+
+@pytest.fixture
+def three_maps(tmp_path):
+    """A folder of two maps with a task and one without."""
+    folder = tmp_path / "three"
+    folder.mkdir()
+    for name in ("a", "b", "open"):
+        shutil.copy(EXAMPLES / "office.pgm", folder / f"{name}.pgm")
+        (folder / f"{name}.yaml").write_text(Path(OFFICE).read_text().replace("office.pgm", f"{name}.pgm"))
+        if name != "open":
+            shutil.copy(EXAMPLES / "office_poses.yaml", folder / f"{name}_poses.yaml")
+    return folder
+
+
+@pytest.mark.parametrize(
+    ("options", "names"),
+    [
+        (["--format", "map_server", "--map", "open,b"], ["b", "open"]),
+        (["--format", "map_server"], ["a", "b", "open"]),
+        (["--format", "mapset", "--map", "b", "--start", "0.8,2.2,0", "--goal", "2.5,2.2,0"], ["b"]),
+        (["--format", "gazebo", "--map", "b", "--start", "0.8,2.2,0", "--goal", "2.5,2.2,0"], ["b"]),
+    ],
+)
+def test_some_maps_may_be_chosen(three_maps, tmp_path, options, names):
+    assert main(["export", str(three_maps), *options, "--out", str(tmp_path / "out")]) == 0
+    written = tmp_path / "out" / ("maps.mapset.json" if "mapset" in options else "")
+    assert [one.name for one in load_maps(written)] == names
+
+
+def test_some_tasks_of_a_map_may_be_chosen(tmp_path):
+    (tmp_path / "tiny.map").write_text(MOVINGAI_MAP)
+    scen = tmp_path / "tiny.map.scen"
+    scen.write_text(MOVINGAI_SCEN.replace("maps/", ""))
+    argv = ["export", str(scen), "--format", "mapset", "--out", str(tmp_path / "out")]
+    first, *_ = [one.name for one in load_scenarios(scen)]
+    assert main([*argv, "--map", first]) == 0
+    assert [one.name for one in load_scenarios(tmp_path / "out" / "maps.mapset.json")] == [first]
+
+
+@pytest.mark.parametrize("form", ["map_server", "gazebo"])
+def test_a_map_that_is_not_there_is_refused(tmp_path, capsys, form):
+    argv = ["export", OFFICE, "--format", form, "--map", "offce", "--out", str(tmp_path / "out")]
+    assert main(argv) == 2
+    expected = "--map: unknown map 'offce'; did you mean 'office'? (expected one of: office)"
+    assert capsys.readouterr().err == f"mapbench export: {expected}\n"
+    assert not (tmp_path / "out").exists()
 
 
 def test_gazebo_is_among_the_formats_that_an_error_names(tmp_path, capsys):
