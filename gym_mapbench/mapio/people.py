@@ -18,7 +18,7 @@ Both simulators have factors of the forces; here they are those of :mod:`gym_map
 from __future__ import annotations
 
 import os
-from collections.abc import Mapping
+from collections.abc import Hashable, Mapping
 from pathlib import Path
 from typing import Any
 
@@ -134,6 +134,6 @@ def _arena_point(point: object, where: str) -> list[float]:
 
 
 def _entry(values: object, key: object, where: str) -> Any:
-    if not isinstance(values, Mapping) or key not in values:
+    if not isinstance(values, Mapping) or not isinstance(key, Hashable) or key not in values:
         raise MapFormatError(f"{where}: expected the key {short(key)}, got {short(values)}")
     return values[key]

@@ -113,6 +113,7 @@ def test_people_by_social_forces_are_written_and_read(room):
         (hunav(cyclic_goals=False), "agent1: expected cyclic_goals true"),
         (hunav(max_vel=None), "agent1: expected the key .*max_vel"),
         (hunav(goals=["g7"]), "agent1: expected the key .*g7"),
+        (hunav(goals=[["g0"]]), r"agent1: expected the key \['g0'\]"),
         (hunav(max_vel=40.0), "person 0: .*speed: expected"),
         ({"hunav_loader": {"ros__parameters": {"agents": 3}}}, "agents: expected a list of names, got 3"),
         ({"pedsim_agents": 3}, "expected a list of agents, got 3"),
