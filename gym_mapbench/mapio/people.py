@@ -18,9 +18,11 @@ Both simulators have factors of the forces; here they are those of :mod:`gym_map
 from __future__ import annotations
 
 import os
-from collections.abc import Hashable, Mapping
+from collections.abc import Hashable, Iterable, Mapping
 from pathlib import Path
 from typing import Any
+
+import yaml
 
 from gym_mapbench.errors import ConfigError, MapFormatError
 from gym_mapbench.mapio.source import as_number, read_yaml_file, short
@@ -66,6 +68,11 @@ def read_people(path: Path) -> tuple[Body, ...]:
         return tuple(Body.from_mapping(entry, f"{path}: person {index}") for index, entry in enumerate(entries))
     except ConfigError as error:
         raise MapFormatError(str(error)) from None
+
+
+def people_yaml(bodies: Iterable[Body]) -> str:
+    """Return the text of ``NAME_people.yaml``, from which :func:`read_people` returns equal bodies."""
+    return yaml.safe_dump([body.model_dump(mode="json") for body in bodies], sort_keys=False)
 
 
 def _hunav_bodies(node: object, where: str) -> list[dict[str, Any]]:
