@@ -143,12 +143,15 @@ class SocialForce(Settings):
         loop: Whether the person walks from the last waypoint straight to the first one, and does not turn round.
         sees_robot: Whether the robot counts as a person. If not, the positions are a function of time: the person
             does not react to people who see the robot, either.
+        wall_factor: Factor of the force of walls. With 1 a person at 1 m/s stops before an opening of less than 1.6 m,
+            with 0.1 before one of less than 0.7 m.
     """
 
     waypoints: Waypoints
     speed: WalkingSpeed
     loop: bool = False
     sees_robot: bool = True
+    wall_factor: Annotated[float, Field(gt=0, le=10)] = 1.0
 
     @property
     def goals(self) -> tuple[tuple[float, float], ...]:
