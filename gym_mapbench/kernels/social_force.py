@@ -16,13 +16,14 @@ from gym_mapbench.kernels.geometry import wrap_angle
 from gym_mapbench.kernels.jit import kernel
 
 PERSON = np.dtype(
-    [(name, np.float64) for name in ("x", "y", "yaw", "vx", "vy", "speed", "radius")]
+    [(name, np.float64) for name in ("x", "y", "yaw", "vx", "vy", "speed", "radius", "wall_factor")]
     + [(name, np.int64) for name in ("first", "count", "goal")]
     + [(name, np.bool_) for name in ("walks", "sees_robot")],
     align=True,
 )
-"""A body of a crowd: pose (m, rad), velocity (m/s), its top speed (m/s), radius (m), where its goals begin among all
-goals, how many it has, which one it walks to, whether social forces move it, and whether it sees the robot."""
+"""A body of a crowd: pose (m, rad), velocity (m/s), its top speed (m/s), radius (m), its factor of the obstacle force,
+where its goals begin among all goals, how many it has, which one it walks to, whether social forces move it, and
+whether it sees the robot."""
 
 STEP = 0.05
 """Time of a step, s."""
@@ -112,7 +113,7 @@ def force_on(people, i, goals, walls, robot):
         force_x, force_y = social_force(robot[0] - me.x, robot[1] - me.y, me.vx - vx, me.vy - vy)
         x, y = x + force_x, y + force_y
     force_x, force_y = obstacle_force(me.x, me.y, me.radius, walls)
-    return x + force_x, y + force_y
+    return x + me.wall_factor * force_x, y + me.wall_factor * force_y
 
 
 @kernel

@@ -2,14 +2,20 @@
 
 Source: SDFormat's specification of ``actor``. A lidar that renders its scan sees an actor, as gz-sim's does; one that
 measures collision shapes does not, as Gazebo Classic's. Nothing collides with an actor.
+
+gz-sim reads the times of waypoints in whole milliseconds and leads a Catmull-Rom spline through the waypoints, whatever
+their times are. Such a spline is a walk at a constant speed only where neighbours are equally far apart.
 """
 
 from __future__ import annotations
 
+import math
 from collections.abc import Iterable
+from itertools import pairwise
 from typing import NamedTuple
 
 import numpy as np
+from numpy.typing import NDArray
 
 from gym_mapbench.errors import ConfigError
 from gym_mapbench.world.bodies import Body
@@ -19,7 +25,11 @@ from gym_mapbench.world.robot import RobotSpec
 from gym_mapbench.world.scenario import Scenario
 
 TURN = 0.01
-"""Time that an actor takes to turn at a waypoint, s."""
+"""Time that an actor takes to turn at a corner, s."""
+SPACING = 0.1
+"""Longest way between two waypoints, m; the spline then leaves the walk by less than a third of it."""
+STAND = 1.0
+"""Time of a round of an actor that stands, s."""
 
 
 class Waypoint(NamedTuple):
@@ -73,14 +83,27 @@ def check_actors(scenarios: Iterable[Scenario], robot: RobotSpec) -> None:
 
 
 def round_of(body: Body) -> tuple[Waypoint, ...]:
-    """Return one round of a scripted walk from its place at time 0: two waypoints, before and after, at each corner.
+    """Return one round of a scripted walk from its place at time 0, in whole milliseconds.
 
-    A corner at the end of the round has the waypoint before it and the end itself.
+    Each corner has a waypoint before and one after it; a corner at the end of the round has the waypoint before it and
+    the end itself. A walk whose round is shorter than a turn stands.
     """
     walk = body.motion.motion
     assert isinstance(walk, Scripted)
+    times = np.array([0.0, STAND]) if walk.period < TURN else _times_of(walk)
+    poses = walk.at(np.zeros_like(times) if walk.period < TURN else times)
+    poses[-1, :2] = poses[0, :2]
+    return tuple(Waypoint(*values) for values in np.column_stack([times, poses]).tolist())
+
+
+def _times_of(walk: Scripted) -> NDArray[np.float64]:
+    """Return the times of the waypoints of a round, s: around the corners, and evenly spread between them."""
     corners = walk.corner_times
     within = corners[(corners > TURN) & (corners < walk.period - TURN)]
-    turns = ((time - TURN / 2, time + TURN / 2) for time in within)
-    times = np.concatenate([[0.0], *turns, [walk.period - TURN / 2, walk.period]])
-    return tuple(Waypoint(*values) for values in np.column_stack([times, walk.at(times)]).tolist())
+    ends = [0.0, *(within - TURN / 2), *(within + TURN / 2), walk.period - TURN / 2, walk.period]
+    legs = [
+        np.linspace(begin, end, math.ceil((end - begin) * walk.speed / SPACING), endpoint=False)
+        for begin, end in pairwise(sorted(ends))
+    ]
+    times: NDArray[np.float64] = np.unique(np.round([*np.concatenate(legs), walk.period], 3))
+    return times

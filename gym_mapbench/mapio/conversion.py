@@ -12,7 +12,10 @@ from gym_mapbench.mapio.output import write_files, write_new_folder
 from gym_mapbench.mapio.tasked_map import TaskedMap, genome_files, refuse_bodies
 
 MAP_SET = "mapset"
-"""The format that holds moving bodies and genomes."""
+"""The format that holds genomes."""
+MAP_SERVER = "map_server"
+WITH_BODIES = (MAP_SET, MAP_SERVER)
+"""The formats that hold moving bodies."""
 
 
 def write_maps(maps: Sequence[TaskedMap], out_dir: str | Path, format: str) -> list[Path]:
@@ -33,7 +36,7 @@ def write_maps(maps: Sequence[TaskedMap], out_dir: str | Path, format: str) -> l
     write = FORMATS.get(format).write
     if write is None:
         raise ConfigError(f"map format {format!r}: is only read (expected one of: {', '.join(WRITTEN)})")
-    if format != MAP_SET:
+    if format not in WITH_BODIES:
         refuse_bodies(f"map format {format!r}", (task for tasked in maps for task in tasked.tasks))
     with FORMATS.blamed(format):
         files = dict(write(maps))
@@ -62,10 +65,11 @@ def write_map_file(maps: Sequence[TaskedMap], target: str | Path) -> list[Path]:
     form = forms[target.suffix]
     if form == MAP_SET:
         return write_files({target.name: map_set_text(maps)}, target.parent)
-    if len(maps) != 1 or (form == "map_server" and len(maps[0].tasks) > 1):
+    if len(maps) != 1 or (form == MAP_SERVER and len(maps[0].tasks) > 1):
         tasks = sum(len(tasked.tasks) for tasked in maps)
         raise ConfigError(f"{target}: holds one map, got {len(maps)} with {tasks} tasks; name a folder or a .json file")
-    refuse_bodies(str(target), maps[0].tasks)
+    if form not in WITH_BODIES:
+        refuse_bodies(str(target), maps[0].tasks)
     write = FORMATS.get(form).write
     assert write is not None
     return write_files(write([maps[0].renamed(target.stem)]), target.parent)

@@ -20,7 +20,7 @@ from gym_mapbench.errors import MapFormatError
 from gym_mapbench.mapio.image import Picture, grey_levels, look_up, read_picture
 from gym_mapbench.mapio.netpbm import encode_pgm
 from gym_mapbench.mapio.output import Files, check_names
-from gym_mapbench.mapio.people import find_people, read_people
+from gym_mapbench.mapio.people import find_people, people_yaml, read_people
 from gym_mapbench.mapio.poses import find_poses, poses_yaml, read_poses, yaml_float
 from gym_mapbench.mapio.source import as_number, as_numbers, file_inside, files_ending, read_yaml_file, short
 from gym_mapbench.mapio.tasked_map import TaskedMap, name_tasks
@@ -145,20 +145,25 @@ def map_server_pgm(grid: GridMap) -> bytes:
 def map_server_files(maps: Sequence[TaskedMap]) -> Files:
     """Return ``NAME.pgm``, ``NAME.yaml`` and, where a task is known, ``NAME_poses.yaml`` of every map.
 
-    A map with several tasks is written once for each task, since a poses file holds only one.
+    A task among moving bodies has a ``NAME_people.yaml``, too. A map with several tasks is written once for each task,
+    since a poses file holds only one.
 
     Raises:
         ConfigError: If a name cannot be a file name or comes twice.
     """
     named = [(name, tasked.grid) for tasked in maps for name in tasked.names]
     tasks = [task for tasked in maps for task in tasked.tasks]
-    check_names("map", [name for name, _ in named], [f"{task.name}_poses" for task in tasks])
+    check_names(
+        "map", [name for name, _ in named], [f"{task.name}_{what}" for task in tasks for what in ("poses", "people")]
+    )
     files: Files = {}
     for name, grid in named:
         files[f"{name}.pgm"] = map_server_pgm(grid)
         files[f"{name}.yaml"] = map_server_yaml(grid, f"{name}.pgm")
     for task in tasks:
         files[f"{task.name}_poses.yaml"] = poses_yaml([task.start, task.goal])
+        if task.bodies:
+            files[f"{task.name}_people.yaml"] = people_yaml(task.bodies)
     return files
 
 

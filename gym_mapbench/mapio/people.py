@@ -18,7 +18,7 @@ Both simulators have factors of the forces; here they are those of :mod:`gym_map
 from __future__ import annotations
 
 import os
-from collections.abc import Mapping, Sequence
+from collections.abc import Hashable, Iterable, Mapping
 from pathlib import Path
 from typing import Any
 
@@ -70,7 +70,7 @@ def read_people(path: Path) -> tuple[Body, ...]:
         raise MapFormatError(str(error)) from None
 
 
-def people_yaml(bodies: Sequence[Body]) -> str:
+def people_yaml(bodies: Iterable[Body]) -> str:
     """Return the text of ``NAME_people.yaml``, from which :func:`read_people` returns equal bodies."""
     return yaml.safe_dump([body.model_dump(mode="json") for body in bodies], sort_keys=False, default_flow_style=None)
 
@@ -141,6 +141,6 @@ def _arena_point(point: object, where: str) -> list[float]:
 
 
 def _entry(values: object, key: object, where: str) -> Any:
-    if not isinstance(values, Mapping) or key not in values:
+    if not isinstance(values, Mapping) or not isinstance(key, Hashable) or key not in values:
         raise MapFormatError(f"{where}: expected the key {short(key)}, got {short(values)}")
     return values[key]

@@ -107,7 +107,9 @@ def refuse_bodies(form: str, tasks: Iterable[Task | Scenario]) -> None:
     """
     for task in tasks:
         if task.bodies:
-            raise ConfigError(f"{form}: cannot hold the moving bodies of {task.name!r}; a map set (.json) can")
+            raise ConfigError(
+                f"{form}: cannot hold the moving bodies of {task.name!r}; a map set (.json) and map_server can"
+            )
 
 
 def genome_files(genomes: Iterable[tuple[str, Genome | None]]) -> dict[str, str | bytes]:

@@ -29,7 +29,7 @@ FAR_AWAY = 1e3
 
 
 def min_distance_to_people(episode: Episode) -> float:
-    """Smallest distance to a moving body, m (minimum distance to human); 1000 m where there is none."""
+    """Smallest distance to a moving body, m (minimum distance to human), negative in a disc; 1000 m without bodies."""
     return float(min(_gaps(episode).min(), FAR_AWAY))
 
 

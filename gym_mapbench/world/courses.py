@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import functools
+import math
 
 import numpy as np
 from numpy.typing import NDArray
@@ -42,9 +43,10 @@ def find_wall(grid: GridMap, body: Body) -> str:
     motion = body.motion.motion
     if not isinstance(motion, Course):
         return ""
-    points = motion.course(SPACING)
-    for x, y in points[_off_the_map(grid, points)][:1].tolist():
-        return f"({x:.6g}, {y:.6g}) off the map"
+    for spacing in (math.inf, SPACING):  # the corners first: between corners far off the map lie too many points
+        points = motion.course(spacing)
+        for x, y in points[_off_the_map(grid, points)][:1].tolist():
+            return f"({x:.6g}, {y:.6g}) off the map"
     for x, y in points[_clearances(grid, points, body.shape.radius) <= 0.0][:1].tolist():
         return f"a wall that touches it at ({x:.6g}, {y:.6g})"
     return ""

@@ -169,6 +169,7 @@ def _gathered(bodies: Sequence[Body]) -> tuple[Records, Floats]:
             yaw = math.atan2(to_y - y, to_x - x)
             person["x"], person["y"], person["yaw"], person["speed"] = x, y, yaw, motion.speed
             person["vx"], person["vy"] = motion.speed * math.cos(yaw), motion.speed * math.sin(yaw)
+            person["wall_factor"] = motion.wall_factor
             person["first"], person["count"] = len(goals), len(motion.goals)
             person["walks"], person["sees_robot"] = True, motion.sees_robot
             goals += motion.goals

@@ -16,12 +16,14 @@ from numpy.typing import NDArray
 from pydantic import Field
 
 from gym_mapbench.kernels.walks import walk_round
-from gym_mapbench.quantities import Natural, Positive
+from gym_mapbench.quantities import Natural
 from gym_mapbench.settings import Settings
 
 Floats = NDArray[np.float64]
 Phase = Annotated[float, Field(ge=0, lt=1)]
 WalkingSpeed = Annotated[float, Field(gt=0, le=3)]
+Coordinate = Annotated[float, Field(ge=-1e8, le=1e8)]
+Waypoints = Annotated[tuple[tuple[Coordinate, Coordinate], ...], Field(min_length=2, max_length=1000)]
 
 HARMONICS = 3
 """Number of sine terms for each axis of a wander."""
@@ -32,7 +34,10 @@ class Course(Protocol):
     """A motion that keeps to a closed course, which has to stay clear of walls."""
 
     def course(self, spacing: float) -> Floats:
-        """Return points of the whole course, ``(n, 2)`` x, y (m), at most ``spacing`` (m) apart."""
+        """Return points of the whole course, ``(n, 2)`` x, y (m), at most ``spacing`` (m) apart.
+
+        An infinite ``spacing`` asks for the corners of the course alone.
+        """
         ...
 
 
@@ -46,7 +51,7 @@ class Scripted(Settings):
         loop: Whether the body walks from the last waypoint straight to the first one, and does not turn round.
     """
 
-    waypoints: Annotated[tuple[tuple[float, float], ...], Field(min_length=2, max_length=1000)]
+    waypoints: Waypoints
     speed: WalkingSpeed
     phase: Phase = 0.0
     loop: bool = False
@@ -85,14 +90,14 @@ class Wander(Settings):
 
     Args:
         centre: ``(x, y)`` around which the body wanders, m.
-        reach: Farthest distance from the centre, m.
+        reach: Farthest distance from the centre, m; at most 1 km.
         speed: Root mean square of the speed, m/s; the fastest moment is up to three times as fast.
         seed: Seed of the curve.
         phase: Share of the curve that lies behind the body at time 0.
     """
 
-    centre: tuple[float, float]
-    reach: Positive
+    centre: tuple[Coordinate, Coordinate]
+    reach: Annotated[float, Field(ge=1e-6, le=1e3)]
     speed: WalkingSpeed
     seed: Annotated[Natural, Field(lt=2**63)] = 0
     phase: Phase = 0.0
@@ -138,12 +143,15 @@ class SocialForce(Settings):
         loop: Whether the person walks from the last waypoint straight to the first one, and does not turn round.
         sees_robot: Whether the robot counts as a person. If not, the positions are a function of time: the person
             does not react to people who see the robot, either.
+        wall_factor: Factor of the force of walls. With 1 a person at 1 m/s stops before an opening of less than 1.6 m,
+            with 0.1 before one of less than 0.7 m.
     """
 
-    waypoints: Annotated[tuple[tuple[float, float], ...], Field(min_length=2, max_length=1000)]
+    waypoints: Waypoints
     speed: WalkingSpeed
     loop: bool = False
     sees_robot: bool = True
+    wall_factor: Annotated[float, Field(gt=0, le=10)] = 1.0
 
     @property
     def goals(self) -> tuple[tuple[float, float], ...]:

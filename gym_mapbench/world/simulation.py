@@ -127,7 +127,7 @@ class Simulation:
         engine = self._engine_at(x, y, ticks)
         if self._is_boxed:
             self._restore_box(engine)
-        if self.world.bodies:
+        if self.world.bodies and ticks:  # a command as late as a whole control period drives no tick of it
             engine.meet(self.world, self._near(ticks), ticks)
         touched = engine.advance(worlds.robots, v, w, ticks, self._drive)
         if self._is_boxed and not engine.holds:

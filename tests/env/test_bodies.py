@@ -44,6 +44,7 @@ OPTIONS = {
     "mounted scanner": {"lidar": {"beams": 16, "x": -0.06, "yaw": 0.3, "range_min": 0.12}},
     "slow scanner": {"lidar": {"beams": 16, "scan_rate": 5}},
     "late": {"noise": {"latency": 0.4}},
+    "late by the whole period": {"noise": {"latency": 1.0}},
 }
 
 

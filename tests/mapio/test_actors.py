@@ -13,7 +13,7 @@ from hypothesis import strategies as st
 
 from gym_mapbench.errors import ConfigError
 from gym_mapbench.mapio import load_scenarios
-from gym_mapbench.mapio.actors import TURN, round_of
+from gym_mapbench.mapio.actors import SPACING, TURN, round_of
 from gym_mapbench.mapio.gazebo import export_gazebo, map_files
 from gym_mapbench.world.bodies import Body, Disc
 from gym_mapbench.world.gridmap import GridMap
@@ -55,13 +55,43 @@ def test_actors_walk_as_the_people_do(phase, loop, speed, times):
     assert np.abs(np.stack(interpolated, axis=1) - walked).max() <= 2 * speed * TURN
 
 
+def catmull_rom(points, times):
+    """Return where gz-sim has an actor: on a Catmull-Rom spline through its waypoints, one unit for each."""
+    places, following, before = points[:, 1:3], points[1:, 1:3], points[:-1, 1:3]
+    assert (places[0] == places[-1]).all()
+    beyond = np.concatenate([before[-1:], places, following[:1]])
+    tangents = 0.5 * (beyond[2:] - beyond[:-2])
+    leg = np.searchsorted(points[:, 0], times, side="right") - 1
+    t = ((times - points[leg, 0]) / (points[leg + 1, 0] - points[leg, 0]))[:, None]
+    here = (1 + 2 * t) * (1 - t) ** 2 * places[leg] + t**2 * (3 - 2 * t) * places[leg + 1]
+    return here + t * (1 - t) ** 2 * tangents[leg] + t**2 * (t - 1) * tangents[leg + 1]
+
+
+@given(phase=st.floats(0.0, 0.999), loop=st.booleans(), speed=st.floats(0.05, 3.0), ways=st.integers(2, 5))
+def test_the_spline_of_gz_sim_through_the_waypoints_is_the_walk(phase, loop, speed, ways):
+    waypoints = np.random.default_rng(ways).uniform(0.0, 5.0, (ways, 2)).tolist()
+    person = body("scripted", waypoints=waypoints, speed=speed, phase=phase, loop=loop)
+    points = np.array(round_of(person))
+    assert points[:, 0] * 1000 == pytest.approx(np.rint(points[:, 0] * 1000), abs=1e-6)
+    times = np.arange(0.0, points[-1, 0], 0.002)
+    away = np.hypot(*(catmull_rom(points, times) - person.motion.motion.at(times)[:, :2]).T)
+    assert away.max() <= SPACING / 3
+
+
+@pytest.mark.parametrize("end", [[1.0, 1.0], [1.001, 1.0]])
+def test_a_person_who_stands_is_an_actor_who_stands(end):
+    points = round_of(body("scripted", waypoints=[[1.0, 1.0], end], speed=0.5))
+    assert points == ((0.0, 1.0, 1.0, 0.0), (1.0, 1.0, 1.0, 0.0))
+
+
 def test_an_actor_turns_at_a_waypoint():
     points = round_of(walker(0.5))
-    assert [round(point.time, 3) for point in points] == [0.0, 3.995, 4.005, 6.995, 7.005, 9.995, 10.005, 13.995, 14.0]
+    turns = [one for one in points if min(abs(one.time - corner) for corner in (4.0, 7.0, 10.0, 14.0)) < 0.006]
+    assert [one.time for one in turns] == [3.995, 4.005, 6.995, 7.005, 9.995, 10.005, 13.995, 14.0]
+    headings = {(one.time > 4.0) + (one.time > 7.0) + (one.time > 10.0): one.yaw for one in points[:-1]}
+    assert headings == pytest.approx({0: np.pi / 2, 1: 0.0, 2: np.pi, 3: -np.pi / 2})
     assert points[0][1:] == (0.5, 1.0, pytest.approx(np.pi / 2))
-    assert points[2].yaw == pytest.approx(0.0)
-    assert points[-1][1:3] == pytest.approx(points[0][1:3])
-    assert points[-2].yaw == points[-3].yaw == pytest.approx(-np.pi / 2)  # no slow turn on the way back
+    assert points[-1][1:3] == points[0][1:3]
 
 
 def test_the_world_of_gz_sim_holds_one_actor_for_each_person_and_that_of_classic_none():

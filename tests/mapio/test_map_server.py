@@ -226,8 +226,9 @@ def test_a_map_with_many_tasks_is_written_once_a_task(tmp_path):
     assert [file.name for file in bare] == ["bare.pgm", "bare.yaml"]
 
 
-def test_no_map_is_named_as_the_poses_of_another(tmp_path):
+@pytest.mark.parametrize("what", ["poses", "people"])
+def test_no_map_is_named_as_a_file_beside_another(tmp_path, what):
     grid = load_maps(map_server_files(tmp_path, np.full((6, 6), 254)))[0].grid
-    maps = [*group_scenarios([scenario_on(grid, "a")]), TaskedMap("a_poses", grid)]
-    with pytest.raises(ConfigError, match="'a_poses': expected another name"):
+    maps = [*group_scenarios([scenario_on(grid, "a")]), TaskedMap(f"a_{what}", grid)]
+    with pytest.raises(ConfigError, match=f"'a_{what}': expected another name"):
         write_maps(maps, tmp_path / "out", "map_server")

@@ -210,7 +210,7 @@ def test_a_map_set_whose_bodies_name_code_is_refused():
         parse_map_set(document, "file")
 
 
-@pytest.mark.parametrize("form", sorted(set(WRITTEN) - {"mapset"}))
+@pytest.mark.parametrize("form", sorted(set(WRITTEN) - {"mapset", "map_server"}))
 def test_formats_without_room_for_bodies_refuse_them(tmp_path, form):
     with pytest.raises(ConfigError, match="cannot hold the moving bodies of 'room'"):
         write_maps(group_scenarios(MOVING)[:1], tmp_path / "out", form)

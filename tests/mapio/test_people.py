@@ -5,8 +5,10 @@ import yaml
 
 from gym_mapbench.errors import MapFormatError
 from gym_mapbench.mapio import load_scenarios
+from gym_mapbench.mapio.conversion import write_map_file, write_maps
 from gym_mapbench.mapio.map_server import map_server_files
 from gym_mapbench.mapio.tasked_map import group_scenarios
+from gym_mapbench.world.bodies import Body
 from tests.worlds import among
 
 PERSON = {
@@ -66,6 +68,21 @@ def test_people_beside_a_map_are_on_it(room):
     assert room([])[0].digest == room([])[0].digest != scenario.digest
 
 
+@pytest.mark.parametrize("single", [False, True])
+def test_people_come_back_from_the_files_of_a_map_server(tmp_path, single):
+    motions = [
+        {"name": "scripted", "options": {"waypoints": [[0.5, 1.5], [2.5, 1 / 3]], "speed": 0.5, "phase": 1e-7}},
+        {"name": "wander", "options": {"centre": [2, 0.7], "reach": 0.1, "speed": 0.4, "seed": 2**62}},
+        {"name": "social_force", "options": {"waypoints": [[0.5, 2.5], [1.5, 2.5]], "speed": 1, "sees_robot": False}},
+    ]
+    scenario = among(*(Body(motion=motion) for motion in motions))
+    maps = group_scenarios([scenario])
+    files = write_map_file(maps, tmp_path / "room.yaml") if single else write_maps(maps, tmp_path, "map_server")
+    assert {file.name for file in files} == {f"room{end}" for end in (".pgm", ".yaml", "_poses.yaml", "_people.yaml")}
+    (back,) = load_scenarios(tmp_path / "room.yaml")
+    assert (back.bodies, back.digest) == (scenario.bodies, scenario.digest)
+
+
 def test_agents_of_hunavsim_are_scripted_walks_in_a_loop(room):
     ((body,),) = (one.bodies for one in room(hunav()))
     assert body.shape.radius == 0.3
@@ -113,6 +130,7 @@ def test_people_by_social_forces_are_written_and_read(room):
         (hunav(cyclic_goals=False), "agent1: expected cyclic_goals true"),
         (hunav(max_vel=None), "agent1: expected the key .*max_vel"),
         (hunav(goals=["g7"]), "agent1: expected the key .*g7"),
+        (hunav(goals=[["g0"]]), r"agent1: expected the key \['g0'\]"),
         (hunav(max_vel=40.0), "person 0: .*speed: expected"),
         ({"hunav_loader": {"ros__parameters": {"agents": 3}}}, "agents: expected a list of names, got 3"),
         ({"pedsim_agents": 3}, "expected a list of agents, got 3"),

@@ -123,8 +123,20 @@ def test_a_course_holds_every_place_of_its_body(seed, spacing):
         assert isinstance(walk, Course)
         course = walk.course(spacing)
         assert np.hypot(*np.diff(course, axis=0).T).max() <= spacing * (1 + 1e-9)
+        assert len(walk.course(math.inf)) <= 9
         places = walk.at(rng.uniform(0.0, 200.0, 20))[:, None, :2]
         assert np.hypot(*np.moveaxis(places - course, 2, 0)).min(axis=1).max() <= spacing
+
+
+@pytest.mark.parametrize("reach", [1e-300, 1e300])
+def test_a_reach_that_no_float_can_square_is_refused(reach):
+    with pytest.raises(ConfigError, match=r"reach: expected (less|greater) than or equal to"):
+        wanderer((1.5, 1.5), reach)
+
+
+def test_a_waypoint_whose_distance_no_float_can_hold_is_refused():
+    with pytest.raises(ConfigError, match=r"waypoints\.1\.0: expected less than or equal to 100000000, got 1e\+308"):
+        walker((1.5, 1.5), (1e308, 1.5))
 
 
 @pytest.mark.parametrize(
@@ -135,7 +147,8 @@ def test_a_course_holds_every_place_of_its_body(seed, spacing):
             r"body 0 \(scripted\): expected a course clear of walls, got a wall .*1\.5",
         ),
         ([walker((1.5, 1.5), (1.5, 2.8))], "body 0 .* a wall"),
-        ([walker((1.5, 1.5), (3.5, 1.5))], r"body 0 .* got \(3\.0\d*, 1\.5\) off the map"),
+        ([walker((1.5, 1.5), (3.5, 1.5))], r"body 0 .* got \(3\.5, 1\.5\) off the map"),
+        ([walker((1.5, 1.5), (1e8, 1.5))], r"body 0 .* got \(1e\+08, 1\.5\) off the map"),
         ([wanderer((1.5, 1.5), 0.2), wanderer((1.5, 1.5), 3.0)], r"body 1 \(wander\)"),
         ([walker((2.3, 0.6), (2.4, 0.6)), walker((2.3, 0.7), (2.4, 0.7))], "expected room at its start .* body 1"),
         ([line((1.5, 1.5), (1.5, 1.5), 0.1), walker((1.6, 1.5), (2.0, 1.5))], r"body 1 .* got body 0 \(line\) there"),

@@ -115,7 +115,7 @@ def test_forces_are_those_of_pysocialforce(simulator):
         people = np.zeros(4, PERSON)
         for name, column in zip(("x", "y", "vx", "vy"), states.T, strict=False):
             people[name] = column
-        people["speed"], people["radius"] = one.peds.max_speeds, 0.35
+        people["speed"], people["radius"], people["wall_factor"] = one.peds.max_speeds, 0.35, 1.0
         people["first"], people["count"], people["walks"] = np.arange(4), 1, True
         walls = np.vstack(one.get_obstacles())
         walls = np.hstack([walls, np.ones((len(walls), 1))])
@@ -146,6 +146,22 @@ def test_people_reach_their_goals_and_keep_apart_and_off_the_walls():
     assert (walked < [9.65, 5.65]).all()
     apart = [np.hypot(*(walked[:, i] - walked[:, j]).T).min() for i, j in ((0, 1), (0, 2), (1, 2))]
     assert min(apart) > 0.3  # The model knows no radii: people brush past each other.
+
+
+@pytest.mark.parametrize(("factor", "narrow", "wide"), [(1.0, 1.5, 1.6), (0.1, 0.6, 0.7)])
+def test_the_factor_of_walls_says_through_which_openings_a_person_walks(factor, narrow, wide):
+    for width, passes in ((narrow, False), (wide, True)):
+        cells, half = np.zeros((80, 120), bool), round(width / 0.05) // 2
+        cells[:, 60:62] = True
+        cells[40 - half : 40 + half, 60:62] = False
+        person = social((1.0, 2.1), (5.0, 1.9), speed=1.0, radius=0.25, wall_factor=factor)
+        walked = place_crowd(GridMap(cells, 0.05), [person], TIMES)
+        assert (walked[:, 0, 0].max() > 4.0) == passes
+
+
+def test_the_default_factor_of_walls_is_1():
+    explicit = (*CROWD[:2], social((5.0, 5.0), (5.0, 1.0), speed=1.3, wall_factor=1.0))
+    assert place_crowd(HALL, explicit, TIMES).tobytes() == place_crowd(HALL, CROWD, TIMES).tobytes()
 
 
 def test_only_people_who_see_the_robot_react_to_it():
@@ -200,9 +216,16 @@ def test_people_through_walls_or_on_the_start_are_refused(body, message):
 
 @pytest.mark.parametrize(
     "options",
-    [{"speed": math.nan}, {"speed": 9.0}, {"waypoints": [[1, 1]]}, {"sees_robot": "perhaps"}, {"phase": 0.5}],
+    [
+        {"speed": math.nan},
+        {"speed": 9.0},
+        {"waypoints": [[1, 1]]},
+        {"sees_robot": "perhaps"},
+        {"phase": 0.5},
+        {"wall_factor": 0},
+    ],
 )
 def test_bad_options_are_one_clear_line(options):
-    with pytest.raises(ConfigError, match=r"speed|waypoints|sees_robot|phase") as caught:
+    with pytest.raises(ConfigError, match=r"speed|waypoints|sees_robot|phase|wall_factor") as caught:
         Body(motion={"name": "social_force", "options": {"waypoints": [[1, 1], [2, 2]], "speed": 1.0, **options}})
     assert "\n" not in str(caught.value)
