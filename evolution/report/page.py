@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import base64
 import io
-import json
 import re
 import shlex
 import struct
@@ -12,14 +11,13 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 from importlib import metadata, resources
 from pathlib import Path
-from typing import Any
 
 import jinja2
 import numpy as np
 from markupsafe import Markup, escape
 from PIL import Image
 
-from evolution.files import counted, readable
+from evolution.files import counted, json_in_script, readable
 from evolution.report.cell_grid import CellGrid
 from evolution.report.replays import ReplayedMap, replays_of
 from gym_mapbench.errors import ConfigError
@@ -178,7 +176,7 @@ def render_page(report: Report) -> str:
         sections=[section for section in report.sections if not section.is_empty],
         css=Markup(folder.joinpath("page.css").read_text(encoding="utf-8")),
         scripts=Markup("\n;\n".join(scripts)),
-        replays=Markup(_script_json(replays_of(report.maps))),
+        replays=Markup(json_in_script(replays_of(report.maps))),
         version=metadata.version("gym-mapbench"),
     )
 
@@ -200,8 +198,3 @@ def _sort_key(cell: str | float | int, begun: bool) -> str | None:
 def _breakable(name: str) -> Markup:
     """Return a heading that may be broken at its underscores, where paper is too narrow."""
     return Markup(str(escape(name)).replace("_", "_<wbr>"))
-
-
-def _script_json(value: Any) -> str:
-    """Return JSON that is safe inside a script element: nothing in it can close the element."""
-    return json.dumps(value, separators=(",", ":")).replace("</", "<\\/").replace("<!--", "<\\!--")
