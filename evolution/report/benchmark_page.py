@@ -158,7 +158,7 @@ def _replayed_map(result: Benchmark, names: Sequence[str], episodes: Sequence[Ep
     """Return the replay of a map, with the difference between the controllers in its title."""
     name = episodes[0].scenario.name
     summary = summary_of_map(name, {controller: _rows_of(result, name, controller) for controller in names})
-    sample = f"Title: {summary.sample}. Replay: the run of each controller with its median time."
+    sample = f"Title: {summary.sample_at_goal}. Replay: the run of each controller with its median time."
     return ReplayedMap(f"{name}: {summary.difference}", episodes, sample=sample)
 
 
