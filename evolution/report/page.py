@@ -27,6 +27,8 @@ _SCRIPTS = (*_VENDORED, "replay.js", "grid.js", "print.js")
 PNG = b"\x89PNG"
 MEDIA_TYPES = {".csv": "text/csv", ".json": "application/json", ".yaml": "application/yaml", ".zip": "application/zip"}
 """Media types of downloads by the end of their names."""
+NO_VALUE = "-"
+"""Text of a cell without a value, as numbers that are not finite show; it sorts last."""
 _NUMBER_FIRST = re.compile(r"(-?\d+(?:\.\d+)?(?:e[-+]\d+)?)(?:/\d+| \(.*\))?")
 """A number alone, a count of several, as ``3/12``, or a number with its interval, as ``1.2 (1.1 to 1.3)``."""
 
@@ -183,15 +185,16 @@ def render_page(report: Report) -> str:
 
 def _sort_keys(column: Sequence[str | float | int]) -> list[str | None]:
     """Return the sort keys of a column. Texts have none, except the number that all texts of the column begin with."""
-    texts = [cell for cell in column if isinstance(cell, str) and cell]
+    texts = [cell for cell in column if isinstance(cell, str) and cell not in ("", NO_VALUE)]
     begun = bool(texts) and all(map(_NUMBER_FIRST.fullmatch, texts))
     return [_sort_key(cell, begun) for cell in column]
 
 
 def _sort_key(cell: str | float | int, begun: bool) -> str | None:
-    """Return the sort key of a cell; empty for an empty text or a number that is not finite, which sort last."""
+    """Return the sort key of a cell; empty for one without a value, which sorts last."""
     if isinstance(cell, str):
-        return re.split("[/ ]", cell)[0] if begun else None
+        number = "" if cell == NO_VALUE else re.split("[/ ]", cell)[0]
+        return number if begun else None
     return repr(float(cell)) if np.isfinite(cell) else ""
 
 
