@@ -40,7 +40,7 @@ EXAMPLES = """examples:
   mapbench evolve --preset quick --out runs/first     evolve map sets, a few minutes
   mapbench bench runs/first --repeats 5               every controller on the best maps, with other seeds
   mapbench drive runs/first --controller mppi --gif mppi.gif
-  mapbench bench my_map.yaml --params nav2_params.yaml --start 1,1,0 --goal 8,6,1.57
+  mapbench bench my_map.yaml --params nav2_params.yaml --start 1,2,0 --goal 8,6,1.57
   mapbench report runs/first                          one HTML page with maps and replays
 
 'mapbench COMMAND --help' explains one command, with examples of its own."""

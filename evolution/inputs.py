@@ -34,7 +34,7 @@ from evolution.tuning import (
 )
 from gym_mapbench.env.config import EnvConfig
 from gym_mapbench.errors import ConfigError, unknown_name
-from gym_mapbench.mapio import PoseLike, load_scenarios
+from gym_mapbench.mapio import PoseLike, files_beside, load_scenarios
 from gym_mapbench.world.scenario import MapSet, Scenario
 
 LOG = logging.getLogger(__name__)
@@ -62,7 +62,8 @@ def barn_source(maps: Iterable[object]) -> str | None:
 def load_all(maps: Sequence[Maps], start: PoseLike | None = None, goal: PoseLike | None = None) -> list[Scenario]:
     """Return the scenarios of some maps, in order, with different names.
 
-    The worlds of ``barn:DIR`` are refined to Nav2's resolution.
+    The worlds of ``barn:DIR`` are refined to Nav2's resolution. Files with the task or the people of another map in the
+    list, such as those that a shell finds for ``maps/*.yaml``, are no maps.
 
     Raises:
         ConfigError: If maps that have their own start and goal are given others.
@@ -71,7 +72,13 @@ def load_all(maps: Sequence[Maps], start: PoseLike | None = None, goal: PoseLike
     if barn := barn_source(maps):
         _refuse_task(barn, start, goal)
         return load_barn(barn)
-    return numbered([scenario for item in maps for scenario in _scenarios(item, start, goal)])
+    return numbered([scenario for item in _without_others_files(maps) for scenario in _scenarios(item, start, goal)])
+
+
+def _without_others_files(maps: Sequence[Maps]) -> list[Maps]:
+    """Leave out the files with the task or the people of another of the maps."""
+    beside = {file for item in maps if isinstance(item, str | Path) for file in files_beside(Path(item))}
+    return [item for item in maps if not (isinstance(item, str | Path) and Path(item) in beside)]
 
 
 def numbered(scenarios: Sequence[Scenario]) -> list[Scenario]:

@@ -163,6 +163,8 @@ def _expected(problem: ErrorDetails) -> str:
     if problem["type"] in LENGTHS:
         words, limit = LENGTHS[problem["type"]]
         return f"{words} {problem['ctx'][limit]} entries"
+    if problem["type"] == "string_pattern_mismatch":
+        return f"a text that matches {problem['ctx']['pattern']}"
     return problem["msg"].removeprefix("Input should be ").removeprefix("String should have ")
 
 

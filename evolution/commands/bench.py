@@ -36,7 +36,7 @@ from gym_mapbench.errors import ConfigError
 BARN_FACTOR = 2.0
 """Default of ``--lo``: BARN's present rule."""
 EXAMPLES = """  mapbench bench runs/first --repeats 10           the best maps of a search, in its world, with new seeds
-  mapbench bench office.yaml --params nav2_params.yaml --start 1,1,0 --goal 8,6,1.57
+  mapbench bench office.yaml --params nav2_params.yaml --start 1,2,0 --goal 8,6,1.57
   mapbench bench a.yaml b.yaml --controllers dwb,rpp --format json > results.json
   mapbench bench maps/*.yaml --out results              each result is written as it comes; after an interruption:
   mapbench bench maps/*.yaml --out results --resume

@@ -24,7 +24,7 @@ from gym_mapbench.metrics.episode import Episode
 LOG = logging.getLogger(__name__)
 EXAMPLES = """  mapbench drive runs/first --controller mppi --gif mppi.gif
   mapbench drive runs/first --controller rpp --noise nominal --show-costmap --gif costmap.gif
-  mapbench drive office.yaml --controller rpp --start 1,1,0 --goal 8,6,1.57 --show"""
+  mapbench drive office.yaml --controller rpp --start 1,2,0 --goal 8,6,1.57 --show"""
 
 
 def add_parser(subparsers: argparse._SubParsersAction[argparse.ArgumentParser]) -> None:

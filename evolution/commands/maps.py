@@ -23,7 +23,7 @@ from gym_mapbench.world.clearance import check_clearance
 from gym_mapbench.world.robot import ROBOTS, RobotSpec, make_robot
 from gym_mapbench.world.scenario import Scenario
 
-EXAMPLES = """  mapbench maps info office.yaml --start 1,1,0 --goal 8,6,0
+EXAMPLES = """  mapbench maps info office.yaml --start 1,2,0 --goal 8,6,0
   mapbench maps info office.yaml --params nav2_params.yaml
   mapbench maps convert arena.map.scen arena.json --split 10
   mapbench maps check arena.map.scen

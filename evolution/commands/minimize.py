@@ -13,11 +13,11 @@ from evolution.inputs import run_of, world_of
 from evolution.minimizing import TOLERANCE, MinimizeSettings
 from evolution.report import write_minimized_report
 
-EXAMPLES = """  mapbench minimize office.yaml --keep 'mppi fails' --noise nominal --out runs/cause
+EXAMPLES = """  mapbench minimize office.yaml --keep 'dwb fails' --out runs/cause
   mapbench minimize runs/first --map map_2 --keep 'dwb fails and rpp succeeds' --out runs/cause
   mapbench minimize runs/first --map map_3 --keep order --out runs/cause
   mapbench minimize hall.yaml --controllers dwb,rpp --keep ratio --tolerance 0.2 --out runs/cause
-  mapbench minimize office.yaml --keep 'mppi fails' --out runs/cause --resume      after an interruption"""
+  mapbench minimize office.yaml --keep 'dwb fails' --out runs/cause --resume      after an interruption"""
 DEFAULTS = MinimizeSettings()
 
 

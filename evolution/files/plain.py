@@ -95,6 +95,11 @@ def _json_of(document: Mapping[str, Any]) -> str:
     return json.dumps(document, indent=1) + "\n"
 
 
+def json_in_script(document: object) -> str:
+    """Return JSON for a script element of a page, which nothing in it can close or leave open."""
+    return json.dumps(document, separators=(",", ":")).replace("<", "\\u003c")
+
+
 def write_new_json(path: Path, document: Mapping[str, Any]) -> None:
     """Write a JSON file in one step, unless it is there.
 

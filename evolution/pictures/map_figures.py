@@ -26,12 +26,13 @@ LONGEST_LINE = 54
 STRIP = 0.3
 """Height of the times of one controller, inches."""
 SIGNS = (
-    "Maps: one run of each controller, the one nearest to the medians. Circle: start. Star: goal. Crosses: recoveries."
-    "\n"
+    "Maps: one run of each controller, {}. Circle: start. Star: goal. Crosses: recoveries.\n"
     "Below: every dot is the time of one run; lines end at the median; rings mark outliers, which take more than "
     f"{OUTLIER:g} times the median."
 )
 
+NEAREST = "the one nearest to the medians"
+FIRST_OF_FAILED = "or the first on a map with failed runs"
 WALKS = np.arange(0.0, 30.0, 0.1)
 """Times at which the places of people are drawn, s."""
 SIGNS_OF_PEOPLE = f"\nDiscs: people at the start, with their ways of the first {round(WALKS[-1])} s."
@@ -44,7 +45,7 @@ class DrivenMap:
 
     Args:
         summary: Times of all runs on the map.
-        repeat: Which repeat is recorded: the one nearest to the median times.
+        repeat: Which repeat is recorded: the one nearest to the median times, or the first if a run failed.
         episodes: The recorded runs of this repeat, one for each controller; empty if none was recorded.
     """
 
@@ -61,7 +62,10 @@ class DrivenMap:
     def recorded_sample(self) -> str:
         """Which of the runs of each controller is recorded."""
         runs = self.summary.runs
-        return "the only run" if runs == "1" else f"run {self.repeat + 1} of {runs}, nearest to the medians"
+        if runs == "1":
+            return "the only run"
+        why = "as some runs fail" if self.summary.failed else "nearest to the medians"
+        return f"run {self.repeat + 1} of {runs}, {why}"
 
 
 def maps_figure(scenarios: Sequence[Scenario]) -> Figure:
@@ -94,9 +98,15 @@ def map_set_figure(maps: Sequence[DrivenMap], names: Sequence[str]) -> Figure:
         _draw_times(time_axes, one.summary, names)
         time_axes.set_xlim(0.0, 1.1 * longest)
     # Just below what the layout fills; pictures are saved with all that is drawn around it.
-    signs = SIGNS + (SIGNS_OF_PEOPLE if any(one.episodes[0].scenario.bodies for one in maps) else "")
-    figure.text(0.5, -0.01, signs, ha="center", va="top", fontsize=9, color="#555555")
+    figure.text(0.5, -0.01, _signs(maps), ha="center", va="top", fontsize=9, color="#555555")
     return figure
+
+
+def _signs(maps: Sequence[DrivenMap]) -> str:
+    """Explain what the figure of a map set shows."""
+    shown = f"{NEAREST}, {FIRST_OF_FAILED}" if any(one.summary.failed for one in maps) else NEAREST
+    people = any(one.episodes[0].scenario.bodies for one in maps)
+    return SIGNS.format(shown) + (SIGNS_OF_PEOPLE if people else "")
 
 
 def draw_map(axes: Axes, scenario: Scenario) -> None:

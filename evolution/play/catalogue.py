@@ -102,7 +102,13 @@ def _genes(name: str) -> list[Gene]:
     family = make_family(name)
     ranges = ((key, getattr(family, key)) for key in getattr(type(family), "model_fields", {}))
     return [
-        Gene(name=key, low=value[0], high=value[1], default=(value[0] + value[1]) / 2)
+        Gene(
+            name=key,
+            low=value[0],
+            high=value[1],
+            default=(value[0] + value[1]) / 2,
+            whole=all(isinstance(one, int) for one in value),
+        )
         for key, value in ranges
         if isinstance(value, tuple) and len(value) == 2 and all(isinstance(one, int | float) for one in value)
     ]

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import base64
-import json
 import re
 from collections.abc import Callable, Sequence
 from functools import partial
@@ -14,6 +13,7 @@ from typing import Any
 import numpy as np
 
 from evolution.driving import Job
+from evolution.files import json_in_script
 from evolution.play.drives import Driven, drive, prepared
 from evolution.play.instants import instant_message, look
 from evolution.play.messages.replies import Data
@@ -69,8 +69,8 @@ def page_with(recorded: dict[str, Any]) -> str:
     modules = {path.stem: path for path in sorted(PAGE.glob("*.js"))} | {"server": RECORDED_SERVER}
     imports = {name: _as_url("text/javascript", _by_name(_text_of(path))) for name, path in modules.items()}
     scripts = [
-        f'<script type="application/json" id="recorded">{_inside_script(recorded)}</script>',
-        f'<script type="importmap">{_inside_script({"imports": imports})}</script>',
+        f'<script type="application/json" id="recorded">{json_in_script(recorded)}</script>',
+        f'<script type="importmap">{json_in_script({"imports": imports})}</script>',
         '<script type="module">import "main";</script>',
     ]
     text = _text_of(PAGE / INDEX)
@@ -113,8 +113,3 @@ def _by_name(module: str) -> str:
 
 def _as_url(kind: str, text: str) -> str:
     return f"data:{kind};base64,{base64.b64encode(text.encode()).decode()}"
-
-
-def _inside_script(document: object) -> str:
-    """Return JSON that cannot end the script that holds it."""
-    return json.dumps(document, separators=(",", ":")).replace("<", "\\u003c")

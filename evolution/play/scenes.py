@@ -13,7 +13,7 @@ import scipy
 from numpy.typing import NDArray
 
 from evolution.files import temporary_directory
-from evolution.play.messages.requests import MAX_SIDE, AskOpen, AskRandom, DroppedFile, Scene
+from evolution.play.messages.requests import MAX_NAME, MAX_SIDE, AskOpen, AskRandom, DroppedFile, Scene
 from gym_mapbench.env.config import EnvConfig
 from gym_mapbench.errors import ConfigError, MapBenchError, refuse_unknown
 from gym_mapbench.generator import FAMILIES, FamilySpec, draw_from
@@ -66,6 +66,14 @@ def scene_of(scenario: Scenario) -> Scene:
         goal=tuple(scenario.goal),
         name=_file_name(scenario.name),
     )
+
+
+def changed_name(name: str, end: str) -> str:
+    """Return the name of a changed map, with this end; it is no longer than a scene's may be.
+
+    No command takes a changed map for the file of the first, as their names differ.
+    """
+    return name.removesuffix(end)[: MAX_NAME - len(end)] + end
 
 
 def opened(dropped: AskOpen) -> list[Scene]:
@@ -167,4 +175,4 @@ def _far_apart(grid: GridMap) -> tuple[Pose, Pose]:
 
 def _file_name(name: str) -> str:
     """Return a name that can be a file name everywhere."""
-    return re.sub(r"[^A-Za-z0-9_.-]", "_", name).lstrip("_.-")[:60] or "map"
+    return re.sub(r"[^A-Za-z0-9_.-]", "_", name).lstrip("_.-")[:MAX_NAME] or "map"

@@ -16,7 +16,7 @@ from evolution.play.drives import Driven, Send
 from evolution.play.messages.replies import Offer, Offers
 from evolution.play.messages.requests import AskSearch, AskWhy
 from evolution.play.plans import PlannedVariant
-from evolution.play.scenes import scene_of
+from evolution.play.scenes import changed_name, scene_of
 from evolution.play.streaming import run_silently
 from evolution.play.track import Track
 from evolution.search import change_near_way, gini
@@ -70,7 +70,7 @@ def search(driven: Driven, asked: AskSearch, track: Track, wanted: Callable[[], 
         done += len(changed)
         maps = maps if changed else done
         better = [one for one in best if one.score > first.score][:OFFERED]
-        offers = [_offer(one, first) for one in better]
+        offers = [_offer(one, first, asked.goal) for one in better]
         send(_offers(asked, done * each, maps * each, offers, _found(asked, better, done * each)))
 
 
@@ -89,7 +89,7 @@ def why(driven: Driven, asked: AskWhy, track: Track, wanted: Callable[[], bool],
 
     def offer(scenario: Scenario) -> None:
         nonlocal smallest
-        smallest = replace(scenario, name=f"{driven.scenario.name}_why")
+        smallest = replace(scenario, name=changed_name(driven.scenario.name, "_why"))
         send(_offers(asked, runner.done, asked.runs, [_smaller(smallest, asked)], "", finished=False))
 
     jobs = [plan.job(driven.scenario, number, 0) for number in range(len(plan.names))]
@@ -185,12 +185,12 @@ def _results(track: Track, jobs: Sequence[Job], wanted: Callable[[], bool]) -> l
     return track.run(run_silently, jobs, wanted)
 
 
-def _offer(tried: _Tried, before: _Tried) -> Offer:
+def _offer(tried: _Tried, before: _Tried, goal: str) -> Offer:
     """Return a map with what the variants do there, beside what they did before."""
     times = {name: median_time([result]) for name, result in tried.results.items()}
     said = [f"{name} {_end(before.results[name])} → {_end(result)}" for name, result in tried.results.items()]
     return Offer(
-        scene=scene_of(tried.scenario),
+        scene=scene_of(replace(tried.scenario, name=changed_name(tried.scenario.name, f"_{goal}"))),
         text=f"{' and '.join(tried.operators)}: {', '.join(said)}",
         gini=gini_of(list(times.values())),
         times=times,

@@ -23,7 +23,7 @@ from evolution.benchmark import (
 )
 from evolution.driving import JobPlan, drive
 from evolution.files import Row, Table, counted, write_text
-from evolution.report.page import Report, Section, command_of, download, render_page
+from evolution.report.page import NO_VALUE, Report, Section, command_of, download, render_page
 from evolution.report.page import Table as PageTable
 from evolution.report.replays import ReplayedMap
 from evolution.runs import summary_of_map
@@ -158,7 +158,7 @@ def _replayed_map(result: Benchmark, names: Sequence[str], episodes: Sequence[Ep
     """Return the replay of a map, with the difference between the controllers in its title."""
     name = episodes[0].scenario.name
     summary = summary_of_map(name, {controller: _rows_of(result, name, controller) for controller in names})
-    sample = f"Title: {summary.sample}. Replay: the run of each controller with its median time."
+    sample = f"Title: {summary.sample_at_goal}. Replay: the run of each controller with its median time."
     return ReplayedMap(f"{name}: {summary.difference}", episodes, sample=sample)
 
 
@@ -209,6 +209,11 @@ def split_reasons(rows: Sequence[Row]) -> tuple[list[Row], list[Row]]:
 
 def page_table(caption: str, table: Table) -> PageTable:
     """Return a table of the page; missing values become dashes."""
-    nothing = {name: float("nan") if table.numeric(name) else "" for name in table.filled}
+    nothing = {name: float("nan") if _may_be_numbers(table, name) else NO_VALUE for name in table.filled}
     rows = [[nothing[name] if row.get(name) is None else row[name] for name in nothing] for row in table]
     return PageTable(caption, table.filled, rows, table.title)
+
+
+def _may_be_numbers(table: Table, column: str) -> bool:
+    """Whether a column holds numbers, or nothing that says what it holds."""
+    return table.numeric(column) or all(row.get(column) is None for row in table)

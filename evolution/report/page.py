@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import base64
 import io
-import json
 import re
 import shlex
 import struct
@@ -12,14 +11,13 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 from importlib import metadata, resources
 from pathlib import Path
-from typing import Any
 
 import jinja2
 import numpy as np
 from markupsafe import Markup, escape
 from PIL import Image
 
-from evolution.files import counted, readable
+from evolution.files import counted, json_in_script, readable
 from evolution.report.cell_grid import CellGrid
 from evolution.report.replays import ReplayedMap, replays_of
 from gym_mapbench.errors import ConfigError
@@ -29,6 +27,8 @@ _SCRIPTS = (*_VENDORED, "replay.js", "grid.js", "print.js")
 PNG = b"\x89PNG"
 MEDIA_TYPES = {".csv": "text/csv", ".json": "application/json", ".yaml": "application/yaml", ".zip": "application/zip"}
 """Media types of downloads by the end of their names."""
+NO_VALUE = "-"
+"""Text of a cell without a value, as numbers that are not finite show; it sorts last."""
 _NUMBER_FIRST = re.compile(r"(-?\d+(?:\.\d+)?(?:e[-+]\d+)?)(?:/\d+| \(.*\))?")
 """A number alone, a count of several, as ``3/12``, or a number with its interval, as ``1.2 (1.1 to 1.3)``."""
 
@@ -178,30 +178,26 @@ def render_page(report: Report) -> str:
         sections=[section for section in report.sections if not section.is_empty],
         css=Markup(folder.joinpath("page.css").read_text(encoding="utf-8")),
         scripts=Markup("\n;\n".join(scripts)),
-        replays=Markup(_script_json(replays_of(report.maps))),
+        replays=Markup(json_in_script(replays_of(report.maps))),
         version=metadata.version("gym-mapbench"),
     )
 
 
 def _sort_keys(column: Sequence[str | float | int]) -> list[str | None]:
     """Return the sort keys of a column. Texts have none, except the number that all texts of the column begin with."""
-    texts = [cell for cell in column if isinstance(cell, str) and cell]
+    texts = [cell for cell in column if isinstance(cell, str) and cell not in ("", NO_VALUE)]
     begun = bool(texts) and all(map(_NUMBER_FIRST.fullmatch, texts))
     return [_sort_key(cell, begun) for cell in column]
 
 
 def _sort_key(cell: str | float | int, begun: bool) -> str | None:
-    """Return the sort key of a cell; empty for an empty text or a number that is not finite, which sort last."""
+    """Return the sort key of a cell; empty for one without a value, which sorts last."""
     if isinstance(cell, str):
-        return re.split("[/ ]", cell)[0] if begun else None
+        number = "" if cell == NO_VALUE else re.split("[/ ]", cell)[0]
+        return number if begun else None
     return repr(float(cell)) if np.isfinite(cell) else ""
 
 
 def _breakable(name: str) -> Markup:
     """Return a heading that may be broken at its underscores, where paper is too narrow."""
     return Markup(str(escape(name)).replace("_", "_<wbr>"))
-
-
-def _script_json(value: Any) -> str:
-    """Return JSON that is safe inside a script element: nothing in it can close the element."""
-    return json.dumps(value, separators=(",", ":")).replace("</", "<\\/").replace("<!--", "<\\!--")

@@ -94,7 +94,7 @@ def replay_page(run: LoadedRun, driven: Sequence[DrivenMap]) -> str:
 
 def _samples(driven: DrivenMap) -> str:
     """Say which runs the title and the replay of a map show."""
-    return f"Title: {driven.summary.sample}. Replay: {driven.recorded_sample}."
+    return f"Title: {driven.summary.sample_at_goal}. Replay: {driven.recorded_sample}."
 
 
 def _verdict(run: LoadedRun) -> list[str]:

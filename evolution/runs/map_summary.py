@@ -78,6 +78,11 @@ class MapSummary:
         return [one.controller for one in self.controllers if not one.times]
 
     @property
+    def failed(self) -> bool:
+        """Whether a run of a controller failed."""
+        return any(one.failed for one in self.controllers)
+
+    @property
     def alike(self) -> bool:
         """Whether the medians of all controllers are alike; False if a controller never reaches the goal."""
         return not self.lost and self.ordered[-1].median <= SIMILAR * self.ordered[0].median
@@ -113,6 +118,12 @@ class MapSummary:
     def sample(self) -> str:
         """Which runs of each controller the times are the medians of."""
         return "1 run" if self.runs == "1" else f"medians of {self.runs} runs"
+
+    @property
+    def sample_at_goal(self) -> str:
+        """The sample, and the number of runs at the goal of each controller of which only some reach it."""
+        some = [f"{len(one.times)} of {one.controller}" for one in self.controllers if one.failed and one.times]
+        return self.sample + (f" (at the goal: {', '.join(some)})" if some else "")
 
     @property
     def in_words(self) -> str:

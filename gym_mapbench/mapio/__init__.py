@@ -2,7 +2,7 @@
 
 from gym_mapbench.mapio.conversion import write_map_file, write_maps
 from gym_mapbench.mapio.loading import PoseLike, load_map_set, load_maps, load_scenarios
-from gym_mapbench.mapio.map_server import Occupancy, occupancy_files, read_occupancy
+from gym_mapbench.mapio.map_server import Occupancy, files_beside, occupancy_files, read_occupancy
 from gym_mapbench.mapio.map_set_file import check_map_set_size, save_map_set
 from gym_mapbench.mapio.tasked_map import Task, TaskedMap, group_scenarios
 
@@ -12,6 +12,7 @@ __all__ = [
     "Task",
     "TaskedMap",
     "check_map_set_size",
+    "files_beside",
     "group_scenarios",
     "load_map_set",
     "load_maps",

@@ -47,6 +47,11 @@ class _Thresholds(NamedTuple):
     free_thresh: float
 
 
+def files_beside(path: Path) -> list[Path]:
+    """Return the files with the task and the people of ``NAME.yaml``, where there are any."""
+    return [file for file in (find_poses(path), find_people(path)) if file is not None]
+
+
 def read_map_server(path: Path) -> list[TaskedMap]:
     """Read ``NAME.yaml``, its picture, and its ``NAME_poses.yaml`` and ``NAME_people.yaml``, where there are any.
 

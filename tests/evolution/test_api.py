@@ -24,7 +24,7 @@ from evolution.inputs import listed, numbered, read_parameters, tuning_of, world
 from evolution.search import read_document
 from evolution.studies import StudyResults
 from evolution.tuning import TuneSettings
-from gym_mapbench.errors import ConfigError, RunError
+from gym_mapbench.errors import ConfigError, MapFormatError, RunError
 from gym_mapbench.mapio import load_scenarios
 from gym_mapbench.trust import allow_code
 from gym_mapbench.world.gridmap import GridMap
@@ -286,6 +286,19 @@ def test_maps_of_one_name_stay_apart(tmp_path):
     result = bench(maps, ["rpp", "far=rpp"], workers=1)
     assert [row["map"] for row in result.rows if row["controller"] == "far"] == ["office", "office_2", "office_3"]
     assert [row["pairs"] for row in result.table("pairs")] == [3]
+
+
+def test_tasks_and_people_that_a_shell_finds_beside_maps_are_no_maps(tmp_path):
+    for file in OFFICE.parent.glob("office*.*"):
+        shutil.copy(file, tmp_path)
+    walk = "{waypoints: [[4, 1], [4, 6]], speed: 0.8}"
+    (tmp_path / "office_people.yaml").write_text(f"- motion: {{name: scripted, options: {walk}}}\n")
+    found = [str(path) for path in sorted(tmp_path.glob("*.yaml"))]
+    assert len(found) == 3
+    (one,) = listed(found)
+    assert (one.name, len(one.bodies)) == ("office", 1)
+    with pytest.raises(MapFormatError, match="expected the keys of a map_server file"):
+        listed(str(tmp_path / "office_poses.yaml"))
 
 
 @pytest.mark.usefixtures("fake_robot")

@@ -17,6 +17,8 @@ MAX_TEXT = 10_000_000
 """Most characters of a message: the cells of a map of 5,000 x 5,000 take 4.2 million, and the unknown ones as many."""
 MAX_FILE = 6_000_000
 """Most bytes of a dropped file."""
+MAX_NAME = 60
+"""Most characters of the name of a map."""
 MAX_VARIANTS = 12
 MAX_REPEATS = 50
 MAX_RUNS = 600
@@ -61,7 +63,7 @@ class Scene(Settings):
     unknown: Annotated[str, Field(max_length=MAX_TEXT)] = ""
     start: PoseTuple
     goal: PoseTuple
-    name: Annotated[str, Field(min_length=1, max_length=60, pattern=r"^[A-Za-z0-9][A-Za-z0-9_.-]*$")] = "map"
+    name: Annotated[str, Field(min_length=1, max_length=MAX_NAME, pattern=r"^[A-Za-z0-9][A-Za-z0-9_.-]*$")] = "map"
 
 
 class WorldSettings(Settings):
@@ -185,7 +187,7 @@ class AskRandom(Settings):
 class DroppedFile(Settings):
     """A file that was dropped on the page: its name, and its content in base64."""
 
-    name: Annotated[str, Field(min_length=1, max_length=120, pattern=r"^[A-Za-z0-9_][A-Za-z0-9_.-]*$")]
+    name: Annotated[str, Field(min_length=1, max_length=120, pattern=r"^\w[\w .,()+=-]*$")]
     content: Annotated[str, Field(max_length=MAX_FILE * 4 // 3 + 4)]
 
 

@@ -8,6 +8,7 @@ from pydantic import Field, JsonValue
 
 from evolution.play.messages.replies import Data
 from evolution.play.messages.requests import (
+    MAX_NAME,
     MAX_REPEATS,
     MAX_RUNS,
     MAX_SIDE,
@@ -88,12 +89,13 @@ class PresetState(Data):
 
 
 class Gene(Data):
-    """A number that a family of maps is made from."""
+    """A number that a family of maps is made from; ``whole`` if it has no decimals."""
 
     name: str
     low: float
     high: float
     default: float
+    whole: bool
 
 
 class FamilyState(Data):
@@ -114,6 +116,7 @@ class Limits(Data):
     """The largest numbers that the server accepts."""
 
     side: int = MAX_SIDE
+    name: int = MAX_NAME
     repeats: int = MAX_REPEATS
     variants: int = MAX_VARIANTS
     runs: int = MAX_RUNS

@@ -35,7 +35,7 @@ class Playground {
     this.search = new Search(this.store, this.view, this.ways, server, () => this.drive());
     listen(this.tools, this.timeline, this.search, this.parameters);
     this.store.addEventListener("change", (event) => this.changed(event.detail));
-    byId("map").addEventListener("pointermove", () => this.hover());
+    for (const moved of ["pointermove", "keyup"]) byId("map").addEventListener(moved, () => this.hover());
     this.replies();
     this.changed("map");
   }

@@ -44,9 +44,9 @@ export class Maps {
     byId("genes").replaceChildren(...this.family.genes.map((gene) => this.gene(gene)));
   }
 
-  gene({ name, low, high, default: own }) {
+  gene({ name, low, high, default: own, whole }) {
     const label = document.createElement("label"), input = document.createElement("input"), shown = document.createElement("output");
-    Object.assign(input, { type: "range", min: low, max: high, step: Number.isInteger(low) && Number.isInteger(high) ? 1 : (high - low) / 100, value: own });
+    Object.assign(input, { type: "range", min: low, max: high, step: whole ? 1 : (high - low) / 100, value: own });
     shown.textContent = "sampled";
     input.addEventListener("input", () => {
       this.fixed[name] = Number(input.value);
@@ -94,9 +94,19 @@ export class Maps {
   copy() {
     return this.try(async () => {
       history.replaceState(null, "", `#${await fragmentOf(this.store.scene())}`);
-      await navigator.clipboard?.writeText(location.href);
-      this.say("The address of this page now holds the map, and is copied.");
+      const copied = await copies(location.href);
+      this.say(`The address of this page now holds the map${copied ? ", and is copied" : "; copy it from the address bar"}.`);
     });
+  }
+}
+
+/* Copies a text; false if the browser does not let the page, as over http from another machine. */
+async function copies(text) {
+  try {
+    await navigator.clipboard.writeText(text);
+    return true;
+  } catch {
+    return false;
   }
 }
 

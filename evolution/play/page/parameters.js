@@ -43,7 +43,7 @@ export class Parameters {
       .filter((one) => `${one.key} ${one.text}`.toLowerCase().includes(wanted) && (!only || one.key in this.values))
       .map((one) => row(one, one.key in this.values ? this.values[one.key] : one.default, one.key in this.values, (value) => this.set(one, value)));
     byId("parameter-list").replaceChildren(...rows);
-    byId("compare").disabled = !this.variant;
+    byId("compare").disabled = !this.variant || this.store.isFull;
     this.differs();
   }
 
@@ -75,6 +75,7 @@ export class Parameters {
 
   /* Keeps the present values under their name, and goes on with a copy. */
   compare() {
+    if (byId("compare").disabled) return;
     const { controller, parameters } = this.variant;
     const name = this.store.addVariant(controller, parameters);
     this.choose(name);

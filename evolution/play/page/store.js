@@ -34,7 +34,7 @@ export class Store extends EventTarget {
     this.past.push(this.snapshot());
     if (this.past.length > MOST_STEPS) this.past.shift();
     this.future = [];
-    if (!this.name.endsWith(EDITED)) this.name += EDITED;
+    if (!this.name.endsWith(EDITED)) this.name = this.name.slice(0, this.state.limits.name - EDITED.length) + EDITED;
   }
 
   snapshot() {
@@ -78,6 +78,8 @@ export class Store extends EventTarget {
   parametersOf(variant) {
     return this.controller(variant.controller).parameters[this.settings.preset] || [];
   }
+
+  get isFull() { return this.variants.length >= this.state.limits.variants; }
 
   addVariant(controller, parameters = {}) {
     const names = new Set(this.variants.map((one) => one.name));

@@ -25,7 +25,7 @@ export class Timeline {
 
   tick(now) {
     if (!this.playing) return;
-    this.show(Math.min(this.ways.time + (now - this.last) / 1000 * Number(byId("speed").value), this.ways.end));
+    this.show(Math.min(this.ways.time + Math.max(now - this.last, 0) / 1000 * Number(byId("speed").value), this.ways.end));
     this.last = now;
     if (this.ways.time >= this.ways.end) this.toggle();
     else requestAnimationFrame((next) => this.tick(next));

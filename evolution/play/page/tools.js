@@ -239,6 +239,7 @@ export class Tools {
       this.up();
       return;
     }
+    if (this.tool === "move") return;
     const cell = this.store.grid.cellAt(...this.cursor);
     this.store.remember();
     this.stroke = { kind: "draw", from: cell, last: cell, value: this.tool === "eraser" ? 0 : 1 };

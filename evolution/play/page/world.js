@@ -11,7 +11,7 @@ export class WorldBox {
     const { presets, robots, noise_levels: levels, limits } = store.state;
     this.row("Parameters", choice(presets.map((one) => [one.name, `${one.name}: ${one.label}`]), store.settings.preset, (name) => this.preset(name)));
     this.row("Robot", choice([["", "of the parameters"], ...robots.map((one) => [one.name, one.name])], store.settings.robot, (name) => this.set("robot", name)));
-    this.row("Robot radius, m", this.number({ min: 0.02, max: 5, step: 0.01 }, store.settings.robot_radius, (value) => this.set("robot_radius", value)));
+    this.row("Robot radius, m", this.number({ min: 0.02, max: 5, step: 0.001 }, store.settings.robot_radius, (value) => this.set("robot_radius", value)));
     this.row("Noise", choice(levels, store.settings.noise, (name) => this.set("noise", name)));
     this.row("Seed", this.number({ min: 0, max: Number.MAX_SAFE_INTEGER, step: 1 }, store.settings.seed, (value) => this.set("seed", value ?? 0)));
     this.row("Runs of each", this.number({ min: 1, max: limits.repeats, step: 1 }, store.settings.repeats, (value) => this.set("repeats", value ?? 1)));
@@ -55,12 +55,12 @@ export class VariantList {
   }
 
   add() {
-    if (this.store.variants.length >= this.store.state.limits.variants) return;
     this.parameters.choose(this.store.addVariant(byId("controller-choice").value));
     this.onChange();
   }
 
   show() {
+    byId("add-variant").disabled = this.store.isFull;
     byId("variant-list").replaceChildren(...this.store.variants.map((one) => this.row(one)));
   }
 

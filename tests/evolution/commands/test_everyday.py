@@ -23,9 +23,12 @@ from evolution.commands.console import be_quiet, note, say
 from evolution.commands.driving_options import drive_settings, repeatable
 from evolution.driving import DriveSettings, kernel_files
 from evolution.files import readable
+from gym_mapbench.mapio import load_scenarios
 from gym_mapbench.world.noise import NOISES
 from gym_mapbench.world.robot import ROBOTS
 from tests.evolution.processes import PATIENCE
+
+OFFICE = Path(__file__).resolve().parents[3] / "examples" / "office.yaml"
 
 
 @pytest.fixture(scope="module")
@@ -106,6 +109,17 @@ def test_the_versions_that_matter(capsys):
         (["maps", "draw", "--cou"], ["--count"]),
         (["evolve", "--preset", "rob"], ["robust"]),
         (["completion", "z"], ["zsh"]),
+        (["maps", "draw", "--format", ""], ["image", "map_server", "mapset", "movingai"]),
+        (["maps", "info", "--format", ""], ["json", "table"]),
+        (["export", "runs/a", "--format", "ga"], ["gazebo"]),
+        (["evolve", "--metric", "ti"], ["time"]),
+        (["evolve", "--failures", ""], ["censor", "exclude", "par2"]),
+        (["train", "--algo", ""], ["ppo", "sac", "td3"]),
+        (["study", "qu"], ["quick"]),
+        (["show", "jack"], ["jackal"]),
+        (["list", "no"], ["noise"]),
+        (["bench", ""], []),
+        (["bench", "--html", ""], []),
     ],
     ids=" ".join,
 )
@@ -140,6 +154,16 @@ def test_help_fits_a_narrow_terminal_and_its_examples_are_those_of_a_wide_one(mo
         examples[columns] = [line.partition("  ")[0] for line in re.findall(r"^  (mapbench .*)", joined, re.MULTILINE)]
     assert len(examples["80"]) > 40
     assert examples["80"] == examples["200"]
+
+
+def test_the_poses_of_examples_are_free_on_the_map_that_is_shipped_under_the_name():
+    parser = build_parser()
+    joined = re.sub(r" \\\n +", " ", "\n".join(one.format_help() for one in (parser, *commands_of(parser))))
+    tasks = re.findall(r"office\.yaml.*? --start (\S+) --goal (\S+)", joined)
+    assert len(tasks) == 3
+    for task in tasks:
+        start, goal = (tuple(map(float, pose.split(","))) for pose in task)
+        assert load_scenarios(OFFICE, start=start, goal=goal)
 
 
 def test_the_doctor_writes_no_exponents(monkeypatch):

@@ -77,7 +77,11 @@ def test_title_labels_and_rings_show_the_same_runs(driven):
 
 
 def test_the_recorded_sample_is_named(driven):
-    assert driven.recorded_sample == "run 2 of 3, nearest to the medians"
+    assert replace(driven, repeat=0).recorded_sample == "run 1 of 3, as some runs fail"
+    solved = replace(driven, summary=summary_of_map("map_1", {"dwb": goals(4.0, 4.2, 9.0)}))
+    assert solved.recorded_sample == "run 2 of 3, nearest to the medians"
+    signs = [map_set_figure([one], ["dwb", "rpp"]).texts[0].get_text() for one in (driven, solved)]
+    assert ["medians, or the first on a map with failed runs. Circle" in text for text in signs] == [True, False]
     single = replace(driven, summary=summary_of_map("map_1", {"dwb": goals(4.0)}), repeat=0)
     assert single.recorded_sample == "the only run"
 

@@ -223,6 +223,7 @@ def test_a_search_offers_maps_that_are_harder(page, session, runs, done):
     last = last_offers(page, session, runs)
     assert (last["done"], last["of"]) == (done, done)
     assert len(last["offers"]) <= 3
+    assert {one["scene"]["name"] for one in last["offers"]} <= {"room_harder"}
 
 
 def test_a_search_ends_where_no_change_is_new(page, session, monkeypatch):
@@ -247,6 +248,7 @@ def test_why_leaves_only_what_the_verdict_needs(page, session):
             last = until(socket, "offers")[-1]
     assert last["text"].startswith("rpp far succeeds: every obstacle that remains is needed")
     assert last["offers"][0]["scene"]["cells"] != session["scene"]["cells"]
+    assert last["offers"][0]["scene"]["name"] == "room_why"
 
 
 def test_the_state_describes_every_parameter_that_is_tuned(page):
@@ -260,6 +262,12 @@ def test_the_state_describes_every_parameter_that_is_tuned(page):
     for controller in state["controllers"]:
         for preset in controller["parameters"].values():
             assert all(one["text"] for one in preset), controller["name"]
+
+
+def test_a_gene_is_whole_only_if_its_family_counts_it(page):
+    families = {one["name"]: one["genes"] for one in page.get("state").json()["families"]}
+    doors = {gene["name"]: (gene["low"], gene["high"], gene["whole"]) for gene in families["doors"]}
+    assert (doors["walls"], doors["at"]) == ((1, 3, True), (0, 1, False))
 
 
 def test_files_are_opened_and_saved(page, session):

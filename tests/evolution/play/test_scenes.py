@@ -11,7 +11,7 @@ from hypothesis import strategies as st
 from hypothesis.extra.numpy import array_shapes, arrays
 
 from evolution.play.messages.requests import AskOpen, AskRandom
-from evolution.play.scenes import map_files, opened, sampled, scenario_of, scene_of
+from evolution.play.scenes import changed_name, map_files, opened, sampled, scenario_of, scene_of
 from gym_mapbench.env.config import EnvConfig
 from gym_mapbench.errors import ConfigError, MapBenchError
 from gym_mapbench.world.gridmap import GridMap
@@ -48,8 +48,20 @@ def test_a_picture_alone_gets_a_task(room):
 
 @pytest.mark.parametrize("name", ["../up.yaml", "a/b.json", "os:system", "/etc/passwd"])
 def test_names_of_dropped_files_are_no_paths(name):
-    with pytest.raises(ConfigError, match="name"):
+    with pytest.raises(ConfigError, match=r"name: expected a text that matches \^"):
         dropped({name: b""})
+
+
+@pytest.mark.parametrize("name", ["a b (1)", "Büro+2"])
+def test_a_file_may_have_the_name_that_a_user_gave_it(name, room):
+    files = {key.replace("room", name): text.replace(b"room", name.encode()) for key, text in map_files(room).items()}
+    (scene,) = opened(dropped(files))
+    assert scenario_of(scene).digest == room.digest
+
+
+@pytest.mark.parametrize(("name", "changed"), [("a", "a_why"), ("a_why", "a_why"), (60 * "a", 56 * "a" + "_why")])
+def test_a_changed_map_has_another_name_that_a_scene_may_have(name, changed):
+    assert changed_name(name, "_why") == changed
 
 
 @pytest.mark.parametrize("name", ["a.json", "a.yaml", "a.png", "a.map", "a.world", "a.txt"])

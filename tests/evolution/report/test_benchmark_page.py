@@ -11,8 +11,9 @@ import pytest
 
 from evolution.benchmark import read_bench, score_rows, table_of_scores
 from evolution.cli import main
+from evolution.files import Table
 from evolution.report import write_benchmark_report
-from evolution.report.benchmark_page import maps_and_runs, split_reasons, verdict_of_benchmark
+from evolution.report.benchmark_page import maps_and_runs, page_table, split_reasons, verdict_of_benchmark
 from gym_mapbench.errors import RunError
 from gym_mapbench.world.gridmap import GridMap
 from gym_mapbench.world.scenario import Pose, Scenario
@@ -111,6 +112,12 @@ def test_tables_of_the_page_are_for_readers():
     scores = table_of_scores(score_rows(runs("a", [20.0, 22.0, 21.0, 23.0, 24.0]), ("a",)))
     assert [row["a"] for row in scores][:2] == ["100 (56.6 to 100)", "0 (0 to 43.4)"]
     assert {row["over all maps"]: row["a"] for row in scores}["mean s"] == "22 (20.4 to 23.8)"
+
+
+def test_what_has_no_value_is_a_dash_in_every_column():
+    rows = [{"a": None, "b": 1.0, "c": "own", "d": ""}, {"a": None, "b": None, "c": None, "d": "x"}]
+    shown = page_table("t", Table(rows)).shown
+    assert [[text for _, text, _ in row] for row in shown] == [["-", "1", "own", ""], ["-", "-", "-", "x"]]
 
 
 @pytest.mark.parametrize(

@@ -301,6 +301,13 @@ def test_text_cannot_break_the_page():
     assert text.count("</script>") == 2
 
 
+@pytest.mark.parametrize("name", ["<!--", "</script>", "<!--<script>", "a < b"])
+def test_any_name_is_read_by_the_replays(name, best_sets):
+    shown = ReplayedMap(name, best_sets[0].maps[0].episodes)
+    page = Page(render_page(Report("a", "", [], "", "", [shown])))
+    assert [one["title"] for one in json.loads(page.data)["maps"]] == [name]
+
+
 def test_numbers_as_a_reader_wants_them():
     table = Table("t", ["a"], [[0.12345], [3], [float("nan")], [0.00001234]], "Note.")
     text = render_page(Report("t", "s", [], "c", "y", sections=[Section("s", tables=[table])]))
@@ -313,6 +320,8 @@ def test_numbers_as_a_reader_wants_them():
     ("column", "keys"),
     [
         (["9/12", "10/12", ""], ["9", "10", ""]),
+        (["9/12", "-", "10/12"], ["9", "", "10"]),
+        (["own", "-"], [None, None]),
         (["-27.9 (-30 to -20)", "9.5 (8 to 11)", "1e+03"], ["-27.9", "9.5", "1e+03"]),
         (["2025_hall", "10/12", "3"], [None, None, None]),
     ],

@@ -44,3 +44,9 @@ def test_a_sentence_names_sample_failures_and_outliers():
     assert typical_repeat({"runs": three}) == 0
     assert typical_repeat({"runs": {"dwb": runs(20.0, 26.0, 21.0, 20.5), "rpp": runs(30.0, 31.0, 30.5)}}) == 2
     assert summary_of_map("a", {"dwb": runs(failed=2)}).controllers[0].in_words == "dwb no time (2 of 2 failed)"
+
+
+def test_the_sample_of_a_title_counts_the_runs_at_the_goal():
+    some = {"dwb": runs(20.0, 21.0, failed=3), "rpp": runs(20.0), "mppi": runs(failed=5)}
+    assert summary_of_map("a", some).sample_at_goal == "medians of 1 to 5 runs (at the goal: 2 of dwb)"
+    assert summary_of_map("a", {"dwb": runs(20.0, 21.0)}).sample_at_goal == "medians of 2 runs"

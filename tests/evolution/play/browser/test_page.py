@@ -269,6 +269,64 @@ def test_the_page_says_what_it_waits_for(page):
     until(page, lambda: re.search(r"^Driving for \d+ s, waiting for dwb, rpp\.", text(page, "status")))
 
 
+def owner(page, name):
+    Select(page.find_element(By.ID, "parameter-owner")).select_by_value(name)
+
+
+def test_no_more_variants_than_the_server_takes_and_none_of_the_costmaps(page):
+    body, most = page.find_element(By.TAG_NAME, "body"), 12
+    owner(page, "costmaps")
+    body.send_keys("k")
+    assert len(page.find_elements(By.CLASS_NAME, "variant")) == 2
+    owner(page, "rpp")
+    changes(page, lambda: body.send_keys(most * "k"))
+    assert len(page.find_elements(By.CLASS_NAME, "variant")) == most
+    assert not page.find_element(By.ID, "add-variant").is_enabled()
+    assert not page.find_element(By.ID, "compare").is_enabled()
+    changes(page, lambda: page.find_element(By.XPATH, "//div[@class='variant']/button[text()='Remove']").click())
+    assert page.find_element(By.ID, "add-variant").is_enabled()
+
+
+def test_the_keyboard_says_where_the_cursor_is_and_draws_nothing_with_the_tool_move(page):
+    canvas = page.find_element(By.ID, "map")
+    canvas.send_keys("b", Keys.ARROW_LEFT)
+    assert text(page, "hover").startswith("x 4.98 m, y 3.53 m")
+    canvas.send_keys(Keys.ARROW_DOWN)
+    assert text(page, "hover").startswith("x 4.98 m, y 3.48 m")
+    canvas.send_keys("v", Keys.ENTER, Keys.ENTER)
+    assert text(page, "map-name") == "office"
+
+
+def test_a_radius_in_millimetres_and_a_share_between_0_and_1_can_be_set(page):
+    radius = page.find_element(By.XPATH, "//div[@id='world-list']/label[contains(., 'radius')]/input")
+    changes(page, lambda: radius.send_keys("0.105", Keys.TAB))
+    assert radius.get_property("validity")["valid"]
+    Select(page.find_element(By.ID, "family")).select_by_value("doors")
+    place = page.find_element(By.XPATH, "//div[@id='genes']/label[starts-with(., 'at')]/input")
+    assert float(place.get_property("value")) == pytest.approx(0.5)
+
+
+@pytest.mark.parametrize("clipboard", ["undefined", "{writeText: () => Promise.reject(new Error('denied'))}"])
+def test_a_link_is_not_called_copied_where_the_browser_lets_no_page_copy(page, clipboard):
+    page.execute_script(f"Object.defineProperty(navigator, 'clipboard', {{value: {clipboard}}})")
+    click(page, "copy-link")
+    until(page, lambda: text(page, "status").startswith("The address of this page now holds the map; copy it"))
+
+
+def test_a_map_with_a_long_name_can_be_changed_and_fits_the_page(page, address):
+    script = """const [name, done] = given, {fragmentOf} = await import(location.pathname + 'static/link.js');
+        const {scene} = await (await fetch(location.pathname + 'state')).json();
+        done(await fragmentOf({...scene, name}));"""
+    fragment = page.execute_async_script(f"(async (...given) => {{{script}}})(...arguments)", 60 * "m")
+    page.get("about:blank")
+    page.get(f"{address}#{fragment}")
+    wait_for_answer(page)
+    changes(page, lambda: drag(page, (20, -60), (0, 5)))
+    assert text(page, "map-name") == 53 * "m" + "_edited"
+    page.execute_script("document.querySelector('#map-list span').textContent = 'm'.repeat(60)")
+    assert page.execute_script("return document.documentElement.scrollWidth <= innerWidth")
+
+
 def choose_preset(page, name):
     Select(page.find_elements(By.CSS_SELECTOR, "#world-list select")[0]).select_by_value(name)
 
