@@ -5,6 +5,7 @@ from __future__ import annotations
 import logging
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import replace
+from functools import partial
 from itertools import count
 from pathlib import Path
 from typing import Any
@@ -176,11 +177,16 @@ def run_of(maps: Sequence[Maps]) -> LoadedRun | None:
     return run_with_maps(only) if isinstance(only, str | Path) else None
 
 
-def read_parameters(params: str | Path | Nav2Params | None) -> Nav2Params | None:
-    """Read a parameter file; None for a preset."""
+def read_parameters(params: str | Path | Nav2Params | None, controllers: object = None) -> Nav2Params | None:
+    """Read a parameter file; None for a preset.
+
+    Args:
+        params: The file, the name of a preset, or what was read.
+        controllers: The controllers that are named; None if the file's own are used, which must then be built here.
+    """
     if params is None or isinstance(params, Nav2Params):
         return params
-    return None if params in PRESETS else read_nav2_params(params)
+    return None if params in PRESETS else read_nav2_params(params, anyone=controllers is not None)
 
 
 def own_controllers(read: Nav2Params | None, run: LoadedRun | None) -> Controllers:
@@ -294,9 +300,9 @@ def tuning_of(
     named = isinstance(params, str | Path) and params not in PRESETS
     file = ParameterFile(params=str(params)) if named else params
     if isinstance(file, ParameterFile):
-        read = read_nav2_params(file.params, release=file.nav2, defines=file.define, only=file.only or controller)
-        world = settings or world_from(None, read, environment, None)
-        text = text_of_file(file, read, controller)
+        read = partial(read_nav2_params, file.params, release=file.nav2, defines=file.define)
+        world = settings or world_from(None, read(only=file.only, anyone=True), environment, None)
+        text = text_of_file(file, read(only=file.only or controller), controller)
     else:
         world = settings or world_from(file, None, environment, None)
         text = text_of_settings(world, controller)

@@ -120,7 +120,7 @@ def bench(
     items = items_of(maps)
     if barn_source(items):
         refuse_ruled({name: environment.get(name) for name in RULED})
-    read, run = read_parameters(params), run_of(items)
+    read, run = read_parameters(params, controllers), run_of(items)
     scenarios = load_all(items, start, goal)
     scenarios = each_once(scenarios) if run is None else scenarios
     check_alone(settings, {"params": params, **environment})
@@ -306,7 +306,7 @@ def configuration_of(
         seed: Root of all randomness; the same for all configurations of a comparison.
         environment: Fields of :class:`gym_mapbench.env.config.EnvConfig`.
     """
-    read = read_parameters(params)
+    read = read_parameters(params, controllers)
     settings = world_from(params, read, environment, None)
     specs = specs_of(own_controllers(read, None) if controllers is None else controllers)
     return Configuration(label, JobPlan(specs, settings, seed, repeats))

@@ -303,6 +303,24 @@ def test_the_costmaps_have_the_shape_of_a_robot_that_replaces_that_of_the_file()
     assert world_from(file, read_parameters(file), {}, None).navigation.local_costmap.robot_radius == 0.18
 
 
+def test_a_file_whose_own_controller_is_not_built_here_may_be_read_for_others(tmp_path):
+    """As the commands do, for which the controllers are named."""
+    file = tmp_path / "nav2_params.yaml"
+    own = {"controller_plugins": ["FollowPath"], "FollowPath": {"plugin": "teb_local_planner::TebLocalPlannerROS"}}
+    file.write_text(json.dumps({"controller_server": {"ros__parameters": own}}))
+    with pytest.raises(ConfigError, match="TebLocalPlannerROS"):
+        bench(OFFICE, params=file, workers=1, time_limit=1.0)
+    assert configuration_of("mine", file, "rpp").plan.names == ("rpp",)
+    assert len(bench(OFFICE, "rpp", params=file, workers=1, time_limit=1.0).rows) == 1
+
+
+def test_a_tuning_has_the_world_of_the_whole_file():
+    """As the command has it, so that either can continue the tuning of the other."""
+    file, hall = "examples/nav2_params.yaml", OFFICE.with_name("hall.yaml")
+    plan, _ = tuning_of("Pursuit", OFFICE, hall, Path(file), None, None, {}, TuneSettings())
+    assert plan.world == world_from(file, read_parameters(file), {}, None)
+
+
 def test_the_package_names_its_functions():
     assert all(callable(getattr(evolution, name)) for name in evolution.__all__)
     with pytest.raises(AttributeError, match="no attribute 'brench'"):
