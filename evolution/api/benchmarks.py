@@ -144,6 +144,12 @@ def bench(
     return result
 
 
+def _measured(configuration: Configuration, metrics: Sequence[str]) -> Configuration:
+    """Return a configuration with further metrics."""
+    plan = configuration.plan
+    return replace(configuration, plan=replace(plan, metrics=(*plan.metrics, *metrics)))
+
+
 def _directory(out: str | Path | None, *, resume: bool) -> Path | None:
     """Return the directory of a benchmark; None if nothing is to be written."""
     if resume and out is None:
@@ -180,7 +186,7 @@ def compare(
         start: Start pose ``(x, y, yaw)`` in m and rad, instead of the one in the files.
         goal: The same for the goal.
         against_first: Whether to compare each configuration with the first only; else all pairs are compared.
-        metrics: A name or names of metrics that the tables show, besides the further metrics of the configurations.
+        metrics: A name or names of further metrics, besides the project's own and those of the configurations.
         out: New directory for every result as it comes, and for ``bench.json`` and ``bench.csv`` at the end.
         resume: Whether to continue the comparison in ``out``; the results equal those without interruption.
         on_run: Called after each run with its job, its result, and the number of remaining runs.
@@ -198,7 +204,7 @@ def compare(
     kept = _directory(out, resume=resume)
     metrics = names_from("metrics", metrics)
     resources = instance_of(Resources, "resources", resources).replace(**options)
-    configurations = check_configurations(configurations)
+    configurations = [_measured(one, metrics) for one in check_configurations(configurations)]
     scenarios = each_once(load_all(items_of(maps), start, goal))
     for one in configurations:
         check_room(scenarios, one.plan.settings)
@@ -209,7 +215,7 @@ def compare(
     with exclusive_evaluator(BENCHMARK, kept, resources, run_job, plans, on_run) as evaluator:
         rows = run_configurations(scenarios, configurations, evaluator)
     parameters = parameter_rows(configurations)
-    result = ParameterComparison(rows, parameters, against_first, configurations, tuple(scenarios))
+    result = ParameterComparison(rows, parameters, against_first, tuple(configurations), tuple(scenarios))
     further = [name for one in configurations for name in one.plan.metrics]
     result = replace(result, metrics=_shown(metrics, rows, further))
     if kept is not None:

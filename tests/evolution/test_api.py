@@ -58,8 +58,8 @@ def test_results_that_are_loaded_have_the_columns_of_their_metrics(tmp_path):
     result = bench(OFFICE, "rpp", metrics=asked, workers=1, time_limit=1.0, out=tmp_path / "b")
     assert {"path_length", "jerk"} < set(result.table().columns)
     sides = [configuration_of(name, name, "rpp", time_limit=1.0) for name in ("thesis", "fair")]
-    compared = compare(OFFICE, sides, metrics="path_length", workers=1, out=tmp_path / "c")
-    assert "path_length" in compared.table().columns
+    compared = compare(OFFICE, sides, metrics=["path_length", "freezing_time"], workers=1, out=tmp_path / "c")
+    assert {"path_length", "freezing_time"} < set(compared.table().columns)
     for returned, loaded in ((result, load(tmp_path / "b")), (compared, load(tmp_path / "c"))):
         assert list(loaded.table()) == list(returned.table())
         assert loaded.to_json() == returned.to_json()
@@ -279,6 +279,10 @@ def test_studies_are_tables(study_path):
         (lambda folder: compare(OFFICE, []), "configurations: expected at least one, got none"),
         (lambda folder: compare(OFFICE, ["fair"]), "configurations: expected an instance of Configuration, got 'fair'"),
         (lambda folder: compare(OFFICE, [configuration_of(" ", "fair", "rpp")]), "label: expected a name, got ' '"),
+        (
+            lambda folder: compare(OFFICE, [configuration_of("a", "fair", "rpp")], metrics="jerks"),
+            "unknown metric 'jerks'; did you mean 'jerk'",
+        ),
         (lambda folder: evolve("thesis", resume=folder), "expected no other option, got experiment"),
         (lambda folder: evolve(3, out=folder / "a"), "expected a file name, got 3"),
         (lambda folder: study({}, out=folder / "a"), "settings: expected a study, its name, or a file, got {}"),
