@@ -5,11 +5,13 @@ from __future__ import annotations
 import logging
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import replace
+from functools import partial
 from itertools import count
 from pathlib import Path
 from typing import Any
 
 from controllers.nav2_params import PRESETS, Nav2Params, read_nav2_params
+from evolution.arguments import instance_of
 from evolution.benchmark import PREFIX as BARN
 from evolution.benchmark import load_barn
 from evolution.driving import (
@@ -41,6 +43,8 @@ LOG = logging.getLogger(__name__)
 
 Maps = str | Path | Scenario | MapSet | LoadedRun
 """A file or directory of any kind that ``mapbench bench`` reads, or maps that are loaded already."""
+
+MAP_KINDS = (str, Path, Scenario, MapSet, LoadedRun)
 
 Controllers = str | Sequence[str | Mapping[str, Any] | ControllerSpec]
 """Names, ``NAME=KIND``, ``NAME=model.zip``, or mappings with ``name``, ``kind`` and ``params``."""
@@ -116,17 +120,22 @@ def listed(maps: Maps | Sequence[Maps] | None) -> list[Scenario]:
         ConfigError: If maps are given, but none of them.
         MapFormatError: If a file is no map.
     """
-    if maps is None:
-        return []
-    scenarios = each_once(load_all(items_of(maps)))
-    if not scenarios:
-        raise ConfigError("expected at least one map, got none")
-    return scenarios
+    return [] if maps is None else each_once(load_all(items_of(maps)))
 
 
 def items_of(maps: Maps | Sequence[Maps]) -> list[Maps]:
-    """Return one or several maps as a list."""
-    return [maps] if isinstance(maps, str | Path | Scenario | MapSet | LoadedRun) else list(maps)
+    """Return one or several maps as a list.
+
+    Raises:
+        ConfigError: If there is none, or something else is among them.
+    """
+    items = [maps] if isinstance(maps, MAP_KINDS) or not isinstance(maps, Iterable) else list(maps)
+    for item in items:
+        if not isinstance(item, MAP_KINDS):
+            raise ConfigError(f"maps: expected files, scenarios, map sets or runs, got {item!r:.80}")
+    if not items:
+        raise ConfigError("maps: expected at least one, got none")
+    return items
 
 
 def chosen(scenarios: Sequence[Scenario], name: str | None) -> Scenario:
@@ -153,9 +162,10 @@ def levels_of(curriculum: Maps | Sequence[Maps] | None) -> list[Scenario]:
         ConfigError: If there is a curriculum, but no level.
         MapFormatError: If a file is no map.
     """
-    run = run_of(items_of(curriculum)) if curriculum is not None else None
+    items = None if curriculum is None else items_of(curriculum)
+    run = None if items is None else run_of(items)
     if run is None:
-        return listed(curriculum)
+        return listed(items)
     levels = reached_maps(run)
     if not levels:
         raise ConfigError(f"{run.path}: expected a run with a map on which a controller reached the goal, got none")
@@ -174,11 +184,16 @@ def run_of(maps: Sequence[Maps]) -> LoadedRun | None:
     return run_with_maps(only) if isinstance(only, str | Path) else None
 
 
-def read_parameters(params: str | Nav2Params | None) -> Nav2Params | None:
-    """Read a parameter file; None for a preset."""
+def read_parameters(params: str | Path | Nav2Params | None, controllers: object = None) -> Nav2Params | None:
+    """Read a parameter file; None for a preset.
+
+    Args:
+        params: The file, the name of a preset, or what was read.
+        controllers: The controllers that are named; None if the file's own are used, which must then be built here.
+    """
     if params is None or isinstance(params, Nav2Params):
         return params
-    return None if params in PRESETS else read_nav2_params(params)
+    return None if params in PRESETS else read_nav2_params(params, anyone=controllers is not None)
 
 
 def own_controllers(read: Nav2Params | None, run: LoadedRun | None) -> Controllers:
@@ -192,15 +207,20 @@ def check_alone(settings: DriveSettings | None, given: Mapping[str, Any]) -> Non
     """Refuse other options of the world beside one value that holds all of them.
 
     Raises:
-        ConfigError: If there is such a value, and any of the others is not None.
+        ConfigError: If there is such a value, and any of the others is not None, or it is something else.
     """
+    if settings is not None:
+        instance_of(DriveSettings, "settings", settings)
     for name, value in given.items():
         if settings is not None and value is not None:
             raise ConfigError(f"{name}: expected nothing beside settings, which hold it, got {value!r:.80}")
 
 
 def world_from(
-    params: str | Nav2Params | None, read: Nav2Params | None, environment: Mapping[str, Any], run: LoadedRun | None
+    params: str | Path | Nav2Params | None,
+    read: Nav2Params | None,
+    environment: Mapping[str, Any],
+    run: LoadedRun | None,
 ) -> DriveSettings:
     """Return the world that some parameters, fields of the env and a run describe together.
 
@@ -262,7 +282,7 @@ def tuning_of(
     controller: str,
     train: Maps | Sequence[Maps],
     test: Maps | Sequence[Maps],
-    params: str | ParameterFile | None,
+    params: str | Path | ParameterFile | None,
     space: str | Path | None,
     settings: DriveSettings | None,
     environment: Mapping[str, Any],
@@ -284,11 +304,12 @@ def tuning_of(
         ConfigError: If any of these cannot be used.
         MapFormatError: If a file is no map.
     """
-    file = ParameterFile(params=params) if isinstance(params, str) and params not in PRESETS else params
+    named = isinstance(params, str | Path) and params not in PRESETS
+    file = ParameterFile(params=str(params)) if named else params
     if isinstance(file, ParameterFile):
-        read = read_nav2_params(file.params, release=file.nav2, defines=file.define, only=file.only or controller)
-        world = settings or world_from(None, read, environment, None)
-        text = text_of_file(file, read, controller)
+        read = partial(read_nav2_params, file.params, release=file.nav2, defines=file.define)
+        world = settings or world_from(None, read(only=file.only, anyone=True), environment, None)
+        text = text_of_file(file, read(only=file.only or controller), controller)
     else:
         world = settings or world_from(file, None, environment, None)
         text = text_of_settings(world, controller)

@@ -11,6 +11,7 @@ from collections.abc import Callable
 from pathlib import Path
 from typing import NamedTuple
 
+from evolution.arguments import path_from
 from evolution.benchmark import BENCH, BENCHMARK, Benchmark, ParameterComparison, read_bench
 from evolution.files import DirectoryKind
 from evolution.minimizing import MINIMIZATION, Minimized, load_minimized
@@ -88,9 +89,10 @@ def load(path: str | Path) -> Results:
             benchmark; or the file.
 
     Raises:
+        ConfigError: If it is no path.
         RunError: If it is none of these, has nothing finished, or is damaged.
     """
-    path = Path(path)
+    path = path_from("path", path)
     return read_bench(path) if path.is_file() else kind_of(path).load(path)
 
 

@@ -9,6 +9,7 @@ from pathlib import Path
 from typing import Any
 
 from controllers.nav2_params import Nav2Params
+from evolution.arguments import instance_of, names_from, path_from
 from evolution.benchmark import (
     BENCHMARK,
     RULED,
@@ -66,7 +67,7 @@ def bench(
     maps: Maps | Sequence[Maps],
     controllers: Controllers | None = None,
     *,
-    params: str | Nav2Params | None = None,
+    params: str | Path | Nav2Params | None = None,
     settings: DriveSettings | None = None,
     start: PoseLike | None = None,
     goal: PoseLike | None = None,
@@ -96,7 +97,7 @@ def bench(
         unknown_map: Whether Nav2's costmaps hold only the cells that the sensors have observed.
         repeats: Runs of each controller on each map, each with a seed of its own.
         seed: Root of all randomness; if None, 0, or for the maps of a run the seed of its search plus 1.
-        metrics: Names of further metrics, besides the project's own.
+        metrics: A name or names of further metrics, besides the project's own.
         out: New directory for every result as it comes, and for ``bench.json`` and ``bench.csv`` at the end; nothing is
             written if None.
         resume: Whether to continue the benchmark in ``out``; the results equal those without interruption.
@@ -113,13 +114,13 @@ def bench(
         MapFormatError: If a file is no map.
         RunError: If no worker starts, nothing can be written, or ``out`` holds no benchmark to continue.
     """
-    if resume and out is None:
-        raise ConfigError("resume: expected the directory of a benchmark in 'out', got none")
-    resources, environment = resources.taking(options)
+    kept = _directory(out, resume=resume)
+    metrics = names_from("metrics", metrics)
+    resources, environment = instance_of(Resources, "resources", resources).taking(options)
     items = items_of(maps)
     if barn_source(items):
         refuse_ruled({name: environment.get(name) for name in RULED})
-    read, run = read_parameters(params), run_of(items)
+    read, run = read_parameters(params, controllers), run_of(items)
     scenarios = load_all(items, start, goal)
     scenarios = each_once(scenarios) if run is None else scenarios
     check_alone(settings, {"params": params, **environment})
@@ -130,9 +131,10 @@ def bench(
     specs = specs_of(own_controllers(read, run) if controllers is None else controllers)
     try_controllers(specs, settings)
     root = (0 if run is None else run.config["search"]["seed"] + 1) if seed is None else seed
-    plan = JobPlan(specs, settings, root, repeats, tuple(metrics))
+    plan = JobPlan(specs, settings, root, repeats, metrics)
     LOG.info("seed %d%s; controllers: %s", root, "" if seed is not None else " (not given)", ", ".join(plan.names))
-    kept = None if out is None else begin_benchmark(Path(out), benchmark_document(scenarios, plan), resume=resume)
+    if kept is not None:
+        begin_benchmark(kept, benchmark_document(scenarios, plan), resume=resume)
     with exclusive_evaluator(BENCHMARK, kept, resources, run_job, [plan], on_run) as evaluator:
         result = run_all(scenarios, plan, evaluator)
         result = replace(result, metrics=_shown(metrics, result.rows, result.metrics))
@@ -140,6 +142,19 @@ def bench(
         if kept is not None:
             result.save(kept)
     return result
+
+
+def _measured(configuration: Configuration, metrics: Sequence[str]) -> Configuration:
+    """Return a configuration with further metrics."""
+    plan = configuration.plan
+    return replace(configuration, plan=replace(plan, metrics=(*plan.metrics, *metrics)))
+
+
+def _directory(out: str | Path | None, *, resume: bool) -> Path | None:
+    """Return the directory of a benchmark; None if nothing is to be written."""
+    if resume and out is None:
+        raise ConfigError("resume: expected the directory of a benchmark in 'out', got none")
+    return None if out is None else path_from("out", out)
 
 
 def _shown(asked: Sequence[str], rows: Sequence[Row], further: Sequence[str]) -> tuple[str, ...]:
@@ -171,7 +186,7 @@ def compare(
         start: Start pose ``(x, y, yaw)`` in m and rad, instead of the one in the files.
         goal: The same for the goal.
         against_first: Whether to compare each configuration with the first only; else all pairs are compared.
-        metrics: Names of metrics that the tables show, besides the further metrics of the configurations.
+        metrics: A name or names of further metrics, besides the project's own and those of the configurations.
         out: New directory for every result as it comes, and for ``bench.json`` and ``bench.csv`` at the end.
         resume: Whether to continue the comparison in ``out``; the results equal those without interruption.
         on_run: Called after each run with its job, its result, and the number of remaining runs.
@@ -186,16 +201,16 @@ def compare(
         MapFormatError: If a file is no map.
         RunError: If no worker starts, nothing can be written, or ``out`` holds no benchmark to continue.
     """
-    if resume and out is None:
-        raise ConfigError("resume: expected the directory of a benchmark in 'out', got none")
-    resources = resources.replace(**options)
-    check_configurations(configurations)
+    kept = _directory(out, resume=resume)
+    metrics = names_from("metrics", metrics)
+    resources = instance_of(Resources, "resources", resources).replace(**options)
+    configurations = [_measured(one, metrics) for one in check_configurations(configurations)]
     scenarios = each_once(load_all(items_of(maps), start, goal))
     for one in configurations:
         check_room(scenarios, one.plan.settings)
         try_controllers(one.plan.controllers, one.plan.settings)
-    document = configurations_document(scenarios, configurations)
-    kept = None if out is None else begin_benchmark(Path(out), document, resume=resume)
+    if kept is not None:
+        begin_benchmark(kept, configurations_document(scenarios, configurations), resume=resume)
     plans = [one.plan for one in configurations]
     with exclusive_evaluator(BENCHMARK, kept, resources, run_job, plans, on_run) as evaluator:
         rows = run_configurations(scenarios, configurations, evaluator)
@@ -209,7 +224,7 @@ def compare(
 
 
 def minimize(
-    maps: Maps,
+    maps: Maps | Sequence[Maps],
     keep: str,
     controllers: Controllers | None = None,
     *,
@@ -231,7 +246,7 @@ def minimize(
     """Remove and shrink the obstacles of a map while a verdict holds.
 
     Args:
-        maps: A map, or the best maps of a run.
+        maps: A map, or the best maps of a run, or several.
         keep: The verdict: ``"mppi fails"``, ``"mppi fails and rpp succeeds"``, ``"order"`` or ``"ratio"``.
         controllers: The controllers; if None, those of the run, else DWB, MPPI and RPP. Only those that ``keep`` names
             are run, if it names any.
@@ -258,27 +273,29 @@ def minimize(
         MapFormatError: If the file is no map.
         RunError: If no worker starts, or nothing can be written.
     """
-    resources, environment = resources.taking(options)
-    run = run_of([maps])
+    path = path_from("out", out)
+    resources, environment = instance_of(Resources, "resources", resources).taking(options)
+    items = items_of(maps)
+    run = run_of(items)
     check_alone(settings, environment)
     world = settings or world_from(None, None, environment, run)
-    scenario = chosen(load_all([maps], start, goal), map_name)
+    scenario = chosen(load_all(items, start, goal), map_name)
     specs = specs_of(own_controllers(None, run) if controllers is None else controllers)
-    verdict = read_verdict(keep, [one.name for one in specs], tolerance)
+    verdict = read_verdict(instance_of(str, "keep", keep), [one.name for one in specs], tolerance)
     specs = tuple(one for one in specs if not verdict.outcomes or one.name in verdict.outcomes)
     check_room([scenario], world)
     try_controllers(specs, world)
     plan = JobPlan(specs, world, seed)
     wanted = MinimizeSettings(seeds=seeds, held_out_seeds=held_out_seeds)
     result = run_minimizing(
-        scenario, plan, verdict, wanted, Path(out), resume=resume, resources=resources, on_step=on_step, on_run=on_run
+        scenario, plan, verdict, wanted, path, resume=resume, resources=resources, on_step=on_step, on_run=on_run
     )
     return result, plan
 
 
 def configuration_of(
     label: str,
-    params: str | Nav2Params,
+    params: str | Path | Nav2Params,
     controllers: Controllers | None = None,
     *,
     repeats: int = 1,
@@ -295,7 +312,7 @@ def configuration_of(
         seed: Root of all randomness; the same for all configurations of a comparison.
         environment: Fields of :class:`gym_mapbench.env.config.EnvConfig`.
     """
-    read = read_parameters(params)
+    read = read_parameters(params, controllers)
     settings = world_from(params, read, environment, None)
     specs = specs_of(own_controllers(read, None) if controllers is None else controllers)
     return Configuration(label, JobPlan(specs, settings, seed, repeats))

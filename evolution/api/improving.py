@@ -6,6 +6,7 @@ from collections.abc import Callable, Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
+from evolution.arguments import instance_of, path_from
 from evolution.driving import DEFAULT_RESOURCES, DriveSettings, OnRun, ParameterFile, Resources, try_controllers
 from evolution.inputs import Maps, check_alone, levels_of, listed, tuning_of
 from evolution.training import Training, TrainingDir, TrainProgress, begin_training, learn, train_settings
@@ -50,9 +51,9 @@ def train(
     if resume is not None:
         for name in (name for name, value in given.items() if value is not None):
             raise ConfigError(f"resume: expected no other option, got {name}")
-        return learn(TrainingDir.open(Path(resume)), on_progress)
+        return learn(TrainingDir.open(path_from("resume", resume)), on_progress)
     settings = train_settings(algorithm, config, **options)
-    path = Path(out or Path("runs") / f"{settings.algorithm}-seed{settings.seed}")
+    path = path_from("out", out or Path("runs") / f"{settings.algorithm}-seed{settings.seed}")
     directory = begin_training(settings, path, listed(maps), levels_of(curriculum))
     return learn(directory, on_progress)
 
@@ -63,7 +64,7 @@ def tune(
     test: Maps | Sequence[Maps],
     *,
     out: str | Path,
-    params: str | ParameterFile | None = None,
+    params: str | Path | ParameterFile | None = None,
     space: str | Path | None = None,
     settings: DriveSettings | None = None,
     resume: bool = False,
@@ -99,10 +100,11 @@ def tune(
         RunError: If no worker starts, nothing can be written, or a tuning cannot be continued.
     """
     optuna()
-    resources, others = resources.taking(options)
+    path = path_from("out", out)
+    resources, others = instance_of(Resources, "resources", resources).taking(options)
     tuned = TuneSettings(**{name: others.pop(name) for name in list(others) if name in TuneSettings.model_fields})
     check_alone(settings, others)
     environment = {"noise": "nominal", **others}
     plan, text = tuning_of(controller, train, test, params, space, settings, environment, tuned)
     try_controllers(plan.jobs_with(None).controllers, plan.world)
-    return run_tuning(plan, text, Path(out), resume=resume, resources=resources, on_trial=on_trial, on_run=on_run)
+    return run_tuning(plan, text, path, resume=resume, resources=resources, on_trial=on_trial, on_run=on_run)

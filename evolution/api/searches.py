@@ -8,6 +8,7 @@ from pathlib import Path
 from typing import Any
 
 from controllers.nav2_params.presets import overlay
+from evolution.arguments import instance_of, names_from, path_from, whole_number
 from evolution.driving import DEFAULT_RESOURCES, Evaluator, OnRun, Resources, preparation_of, run_job
 from evolution.pictures import write_run_figures
 from evolution.quality_diversity import Atlas, AtlasSettings, ribs_archives, run_atlas
@@ -43,7 +44,7 @@ LOG = logging.getLogger(__name__)
 
 
 def evolve(
-    experiment: str | Path | Mapping[str, Any] | Experiment = DEFAULT_PRESET,
+    experiment: str | Path | Mapping[str, Any] | Experiment | None = None,
     *,
     out: str | Path | None = None,
     resume: str | Path | None = None,
@@ -56,8 +57,8 @@ def evolve(
 
     Args:
         experiment: A preset's name, a YAML file with the sections ``search``, ``controllers`` and ``run``, the
-            ``config.json`` of a run, the same as a mapping, or an experiment. The preset ``robust`` gives the options
-            that another file or mapping leaves out.
+            ``config.json`` of a run, the same as a mapping, or an experiment; ``robust`` if None. The preset
+            ``robust`` gives the options that another file or mapping leaves out.
         out: New directory of the run; ``runs/FITNESS-popN-seedN`` if None.
         resume: Directory of a run to continue; the result equals that of an uninterrupted run. ``experiment``, ``out``
             and options of the search cannot be given beside it.
@@ -74,11 +75,15 @@ def evolve(
         ConfigError: If an option cannot be used; then nothing is run.
         RunError: If no worker starts, nothing can be written, or a run cannot be continued.
     """
-    resources, search = resources.taking(options)
-    if resume is not None and (search or out is not None):
-        raise ConfigError(f"resume: expected no other option, got {next(iter(search), 'out')}")
-    begun = None if resume is None else RunDir.open(resume)
-    wanted = _wanted(experiment, search) if begun is None else experiment_in(begun)
+    resources, search = instance_of(Resources, "resources", resources).taking(options)
+    given = {"experiment": experiment, "out": out, **search}
+    if resume is not None:
+        for name in (name for name, value in given.items() if value is not None):
+            raise ConfigError(f"resume: expected no other option, got {name}")
+    begun = None if resume is None else RunDir.open(path_from("resume", resume))
+    wanted = (
+        _wanted(DEFAULT_PRESET if experiment is None else experiment, search) if begun is None else experiment_in(begun)
+    )
     LOG.info("seed %d; controllers: %s", wanted.search.seed, ", ".join(wanted.plan.names))
     with resources.evaluator(run_job, warm_up=preparation_of([wanted.plan]), on_run=on_run) as evaluator:
         rundir = begun or _begin(wanted, out, evaluator)
@@ -120,12 +125,13 @@ def atlas(
         ConfigError: If an option cannot be used, or pyribs is not installed; then nothing is run.
         RunError: If no worker starts, or nothing can be written.
     """
-    resources, search = resources.taking(options)
+    path = path_from("out", out)
+    resources, search = instance_of(Resources, "resources", resources).taking(options)
     wanted = _wanted(experiment, search)
     ribs_archives()
-    settings.check(wanted.plan.names)
+    instance_of(AtlasSettings, "settings", settings).check(wanted.plan.names)
     check_experiment(wanted)
-    return run_atlas(wanted, settings, Path(out), resume=resume, resources=resources, on_step=on_step, on_run=on_run)
+    return run_atlas(wanted, settings, path, resume=resume, resources=resources, on_step=on_step, on_run=on_run)
 
 
 def study(
@@ -146,7 +152,7 @@ def study(
         settings: A study of the package by name, a YAML file, settings, or with ``resume`` a study's directory.
         out: Its directory; ``runs/study-NAME`` if None.
         resume: Whether to continue a study that was begun there.
-        only: Names of the configurations (in a sweep, of the worlds) to run now; all if None.
+        only: A name or names of the configurations (in a sweep, of the worlds) to run now; all if None.
         runs: Number of seeds (in a sweep, of maps) to run now; all if None.
         on_progress: Called after each generation and each search of a study; a sweep has neither.
         on_run: Called after each run of a sweep with its job, its result, and the number of remaining runs.
@@ -160,7 +166,9 @@ def study(
         ConfigError: If an option cannot be used, or the directory holds something else.
         RunError: If no worker starts, or nothing can be written.
     """
-    resources = resources.replace(**options)
+    resources = instance_of(Resources, "resources", resources).replace(**options)
+    only = None if only is None else names_from("only", only)
+    runs = None if runs is None else whole_number("runs", runs, 1)
     wanted, path = study_in(settings, out, resume=resume)
     if isinstance(wanted, SweepSettings):
         return run_sweep(wanted, path, resume=resume, only=only, maps=runs, resources=resources, on_run=on_run)
@@ -195,4 +203,4 @@ def _begin(experiment: Experiment, out: str | Path | None, evaluator: Evaluator)
     check_experiment(experiment)
     options = experiment.search
     default = Path("runs") / f"{options.judging.fitness.replace(':', '.')}-pop{options.ga.pop_size}-seed{options.seed}"
-    return RunDir.create(out or default, experiment)
+    return RunDir.create(path_from("out", out or default), experiment)

@@ -10,9 +10,10 @@ from functools import cached_property
 from itertools import combinations
 from typing import Any
 
+from evolution.arguments import instance_of
 from evolution.benchmark.directory import benchmark_document
 from evolution.benchmark.paired import compare_rows, corrected
-from evolution.benchmark.runs import BenchResult, bench_row
+from evolution.benchmark.runs import BenchResult, bench_row, named_metrics
 from evolution.benchmark.scores import score_rows
 from evolution.driving import Evaluator, JobPlan
 from evolution.files import Row, Table
@@ -119,12 +120,13 @@ class ParameterComparison(BenchResult):
         return Table(self.parameters if name == "parameters" else self.rows if name == "runs" else self._scores())
 
     def to_json(self) -> str:
-        """Return one JSON object as text: ``runs``, ``pairs``, ``parameters`` and ``against_first``."""
+        """Return one JSON object as text: ``runs``, ``pairs``, ``parameters``, ``against_first``, any ``metrics``."""
         document = {
             "runs": list(self.rows),
             "pairs": self.pairs,
             "parameters": list(self.parameters),
             "against_first": self.against_first,
+            **named_metrics(self.metrics),
         }
         return json.dumps(document, indent=1, allow_nan=False) + "\n"
 
@@ -165,13 +167,32 @@ def configurations_document(scenarios: Sequence[Scenario], configurations: Seque
     return {**shared, "configurations": {label: {key: one[key] for key in own} for label, one in documents.items()}}
 
 
-def check_configurations(configurations: Sequence[Configuration]) -> None:
-    """Refuse labels or sides of one name, and configurations without a controller in common.
+def check_configurations(configurations: Iterable[Configuration]) -> tuple[Configuration, ...]:
+    """Return configurations that can be compared.
 
     Raises:
-        ConfigError: Naming what is wrong.
+        ConfigError: If there is none, something else is among them, a label is empty, labels or sides have one name, or
+            two have no controller in common.
     """
+    if not isinstance(configurations, Iterable):
+        raise ConfigError(f"configurations: expected a list of them, got {configurations!r:.80}")
+    found = tuple(instance_of(Configuration, "configurations", one) for one in configurations)
+    if not found:
+        raise ConfigError("configurations: expected at least one, got none")
+    _check_labels(found)
+    for a, b in combinations(found, 2):
+        if max(len(a.plan.names), len(b.plan.names)) > 1 and not {*a.plan.names} & {*b.plan.names}:
+            got = f"{a.label} has {', '.join(a.plan.names)}, {b.label} has {', '.join(b.plan.names)}"
+            raise ConfigError(f"--params: expected a controller in common, or one in each file; {got}")
+    return found
+
+
+def _check_labels(configurations: Sequence[Configuration]) -> None:
+    """Refuse labels that are none, and labels or sides of one name."""
     labels = [one.label for one in configurations]
+    for label in labels:
+        if not instance_of(str, "label", label).strip():
+            raise ConfigError(f"label: expected a name, got {label!r}")
     twice = sorted({label for label in labels if labels.count(label) > 1})
     if twice:
         raise ConfigError(f"--params: two files have the label {twice[0]!r}; write LABEL=FILE")
@@ -180,10 +201,6 @@ def check_configurations(configurations: Sequence[Configuration]) -> None:
         if label in several:
             got = f"{label!r}, a controller of another file; write LABEL=FILE"
             raise ConfigError(f"--params: expected another label than {got}")
-    for a, b in combinations(configurations, 2):
-        if max(len(a.plan.names), len(b.plan.names)) > 1 and not {*a.plan.names} & {*b.plan.names}:
-            got = f"{a.label} has {', '.join(a.plan.names)}, {b.label} has {', '.join(b.plan.names)}"
-            raise ConfigError(f"--params: expected a controller in common, or one in each file; {got}")
 
 
 def _map_rows(sides: Mapping[str, Sequence[Row]], compared: Sequence[tuple[str, str]]) -> list[Row]:

@@ -4,7 +4,7 @@
 
     benchmark.json    maps, controllers, world and seed, and the versions it was begun with
     results.sqlite    every run, as it ends
-    bench.json        the digests of the maps, and all runs, after the last one
+    bench.json        the digests of the maps, all runs, and the metrics of --metric, after the last one
     bench.csv         the same as a table
 """
 

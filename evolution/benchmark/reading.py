@@ -54,14 +54,23 @@ def _read(path: Path) -> Benchmark | ParameterComparison:
     rows = document.get("runs")
     if not isinstance(rows, list):
         raise RunError(f"{path}: expected the runs of a benchmark, got {type(rows).__name__}")
+    metrics = _metrics(document, path)
     if "parameters" not in document:
         check_rows(BenchRow, rows, path)
-        return Benchmark(tuple(rows), digests=_digests(document, path))
+        return Benchmark(tuple(rows), metrics, digests=_digests(document, path))
     check_rows(ComparedRow, rows, path)
     parameters = document["parameters"]
     if not isinstance(parameters, list) or not all(isinstance(row, dict) and "key" in row for row in parameters):
         raise RunError(f"{path}: expected the parameters that differ, each with its key")
-    return ParameterComparison(tuple(rows), tuple(parameters), bool(document.get("against_first")))
+    return ParameterComparison(tuple(rows), tuple(parameters), bool(document.get("against_first")), metrics=metrics)
+
+
+def _metrics(document: Mapping[str, Any], path: Path) -> tuple[str, ...]:
+    """Return the metrics that the tables show; none of a file that an earlier version wrote."""
+    metrics = document.get("metrics", [])
+    if not isinstance(metrics, list) or not all(isinstance(name, str) for name in metrics):
+        raise RunError(f"{path}: metrics: expected a list of names")
+    return tuple(metrics)
 
 
 def _digests(document: Mapping[str, Any], path: Path) -> Mapping[str, str]:

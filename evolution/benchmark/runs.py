@@ -98,8 +98,8 @@ class Benchmark(BenchResult):
         return [f"{name}/{controller}: {reason or outcome}" for (name, controller, outcome), reason in found.items()]
 
     def to_json(self) -> str:
-        """Return one JSON object as text: ``maps``, ``runs``, and ``map_set`` if there is a re-evaluation."""
-        document: Row = {"maps": dict(self.digests), "runs": list(self.rows)}
+        """Return one JSON object as text: ``maps``, ``runs``, ``metrics`` and ``map_set`` if there are any."""
+        document: Row = {"maps": dict(self.digests), "runs": list(self.rows), **named_metrics(self.metrics)}
         if self.reevaluation is not None:
             fitness = [one.fitness for one in self.reevaluation.trials]
             orders = list(self.reevaluation.ranks_kept)
@@ -146,6 +146,11 @@ def bench_row(job: Job, result: RunResult) -> Row:
             if name != "time"
         },
     }
+
+
+def named_metrics(names: Sequence[str]) -> Row:
+    """Return the key ``metrics`` of ``bench.json``, the metrics that tables show; nothing without any."""
+    return {"metrics": list(names)} if names else {}
 
 
 def _summary(rows: Sequence[Row], metrics: Sequence[str]) -> Row:

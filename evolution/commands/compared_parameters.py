@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import argparse
 from collections.abc import Iterable, Mapping, Sequence
+from dataclasses import replace
 from pathlib import Path
 
 from controllers.nav2_params import PRESETS
@@ -48,7 +49,8 @@ def add_options(parser: argparse.ArgumentParser) -> None:
         default=[],
         metavar="NAME=A,B,..",
         help="compare these values of a parameter with the own value: CONTROLLER.PARAMETER, or local_costmap. or "
-        "global_costmap. in front; given several times, the whole grid is run",
+        "global_costmap. in front; given several times, the whole grid is run; the set with the own values is called "
+        "own, or LABEL of --params",
     )
     group.add_argument(
         "--sweep-samples",
@@ -59,7 +61,7 @@ def add_options(parser: argparse.ArgumentParser) -> None:
 
 
 def is_comparison(args: argparse.Namespace) -> bool:
-    """Whether the options ask for a comparison of parameter sets; a single ``--params`` is then unpacked.
+    """Whether the options ask for a comparison of parameter sets; else a single ``--params`` is unpacked.
 
     Raises:
         ConfigError: If options of a comparison are given without one.
@@ -69,7 +71,7 @@ def is_comparison(args: argparse.Namespace) -> bool:
         return True
     if args.sweep_samples is not None:
         raise ConfigError("--sweep-samples: expected the parameters to sweep, --sweep NAME=LOW,HIGH")
-    args.params = given[0] if given else None
+    args.params = _labelled(given[0])[1] if given else None
     return False
 
 
@@ -126,10 +128,12 @@ def _swept(args: argparse.Namespace, searched: LoadedRun | None) -> list[Configu
     if args.params and len(args.params) > 1:
         raise ConfigError(f"--sweep: expected at most one --params, got {len(args.params)}")
     swept = [read_sweep(text) for text in args.sweep]
-    own = _with_params(args, args.params[0] if args.params else None, args.define)
+    label, file = _labelled(args.params[0]) if args.params else ("", None)
+    own = _with_params(args, file, args.define)
     if own.controllers is None:
         own.controllers = ",".join(swept_controllers(swept)) or None
-    return sweep(_plan(own, searched), swept, args.sweep_samples)
+    first, *others = sweep(_plan(own, searched), swept, args.sweep_samples)
+    return [replace(first, label=label or first.label), *others]
 
 
 def _with_params(args: argparse.Namespace, file: str | None, define: Sequence[str] | None) -> argparse.Namespace:
@@ -149,9 +153,15 @@ def _plan(args: argparse.Namespace, searched: LoadedRun | None) -> JobPlan:
 
 def _label_and_file(text: str) -> tuple[str, str]:
     """Read ``LABEL=FILE``; without a label, a file is called by its name without the ending."""
+    label, file = _labelled(text)
+    return label or (file if file in PRESETS else Path(file).stem), file
+
+
+def _labelled(text: str) -> tuple[str, str]:
+    """Read ``LABEL=FILE``; without a label, it is empty."""
     label, sign, file = text.partition("=")
     if not sign or Path(text).exists():
-        return (text if text in PRESETS else Path(text).stem), text
+        return "", text
     if not label.strip() or not file:
         raise ConfigError(f"--params: expected LABEL=FILE, got {text!r}")
     return label.strip(), file

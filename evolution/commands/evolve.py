@@ -103,7 +103,7 @@ def run(args: argparse.Namespace) -> int:
     driving_options.note_models(experiment.controllers, experiment.run)
     with SearchBar(experiment.search) as bar:
         found = evolve(
-            experiment,
+            None if args.resume else experiment,
             out=args.out,
             resume=args.resume,
             on_generation=bar.on_generation,

@@ -16,6 +16,7 @@ from typing import Annotated, ClassVar
 
 from pydantic import AfterValidator, ConfigDict, Field, JsonValue, TypeAdapter
 
+from evolution.arguments import names_from, whole_number
 from evolution.driving.seeds import ALL_CONTROLLERS, derive_seed
 from evolution.driving.settings import DriveSettings
 from evolution.files import PACKAGE_VERSION
@@ -154,7 +155,8 @@ class JobPlan:
         metrics: Further metrics of every run, besides the project's own.
 
     Raises:
-        ConfigError: If there is no controller, a name occurs twice, there is no repeat, or a metric is unknown.
+        ConfigError: If there is no controller, a name occurs twice, seed or repeats are no such number, or a metric is
+            unknown.
     """
 
     controllers: tuple[ControllerSpec, ...]
@@ -165,10 +167,10 @@ class JobPlan:
 
     def __post_init__(self) -> None:
         object.__setattr__(self, "controllers", tuple(self.controllers))
-        object.__setattr__(self, "metrics", asked_for(self.metrics))
+        object.__setattr__(self, "metrics", asked_for(names_from("metrics", self.metrics)))
+        object.__setattr__(self, "root_seed", whole_number("seed", self.root_seed, 0))
+        object.__setattr__(self, "repeats", whole_number("repeats", self.repeats, 1, MAX_REPEATS))
         check_controllers(self.controllers)
-        if not 1 <= self.repeats <= MAX_REPEATS:
-            raise ConfigError(f"repeats: expected 1 to {MAX_REPEATS}, got {self.repeats}")
 
     @property
     def names(self) -> tuple[str, ...]:

@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Mapping
 from pathlib import Path
 
+from evolution.arguments import path_from
 from evolution.studies.directory import STUDY, StudyDir
 from evolution.studies.settings import StudySettings, read_definition
 from evolution.studies.sweep.running import SWEEP, read_sweep
@@ -31,11 +32,13 @@ def study_in(
     """Return a study and its directory; a directory to be resumed holds its study.
 
     Raises:
-        ConfigError: If there is no such study, or two directories are given.
+        ConfigError: If there is no such study, two directories are given, or something else.
         RunError: If a directory is damaged.
     """
     if isinstance(settings, AnyStudy):
         wanted = settings
+    elif not isinstance(settings, str | Path):
+        raise ConfigError(f"settings: expected a study, its name, or a file, got {settings!r:.80}")
     elif resume and (STUDY.holds(settings) or SWEEP.holds(settings)):
         if out is not None:
             raise ConfigError(f"out: expected none beside the study directory {settings}")
@@ -43,4 +46,4 @@ def study_in(
         return found, Path(settings)
     else:
         wanted = load_definition(settings)
-    return wanted, Path(out or Path("runs") / f"study-{wanted.name}")
+    return wanted, path_from("out", out or Path("runs") / f"study-{wanted.name}")

@@ -32,8 +32,10 @@ def read_bytes(path: str | Path, limit: int, raises: type[MapBenchError]) -> byt
         raises: The error of this kind of file.
 
     Raises:
-        raises: If there is no such file, it is something else, or it is larger.
+        raises: If ``path`` is no file name, there is no such file, it is something else, or it is larger.
     """
+    if not isinstance(path, str | os.PathLike):  # a number would be an open file, which is not ours to read and close
+        raise raises(f"expected a file name, got {path!r:.80}")
     try:
         with open(path, "rb", opener=_without_waiting) as file:
             status = os.fstat(file.fileno())

@@ -53,6 +53,28 @@ def test_every_metric_that_is_asked_for_is_a_column_of_the_summary():
     assert [name for name in result.table().columns if name in asked] == ["jerk", "path_length", "freezing_time"]
 
 
+def test_results_that_are_loaded_have_the_columns_of_their_metrics(tmp_path):
+    asked = (name for name in ["path_length", "jerk"])  # a generator can be read once
+    result = bench(OFFICE, "rpp", metrics=asked, workers=1, time_limit=1.0, out=tmp_path / "b")
+    assert {"path_length", "jerk"} < set(result.table().columns)
+    sides = [configuration_of(name, name, "rpp", time_limit=1.0) for name in ("thesis", "fair")]
+    compared = compare(OFFICE, sides, metrics=["path_length", "freezing_time"], workers=1, out=tmp_path / "c")
+    assert {"path_length", "freezing_time"} < set(compared.table().columns)
+    for returned, loaded in ((result, load(tmp_path / "b")), (compared, load(tmp_path / "c"))):
+        assert list(loaded.table()) == list(returned.table())
+        assert loaded.to_json() == returned.to_json()
+    assert list(load(tmp_path / "b").table("controllers")) == list(result.table("controllers"))
+
+
+@pytest.mark.usefixtures("fake_robot")
+def test_whole_numbers_of_numpy_are_those_of_python(tmp_path):
+    python, numpy = tmp_path / "python", tmp_path / "numpy"
+    bench(OFFICE, "rpp", repeats=2, seed=3, workers=1, out=python)
+    bench(OFFICE, "rpp", repeats=np.int64(2), seed=np.uint8(3), workers=1, out=numpy)
+    assert (numpy / "benchmark.json").read_bytes() == (python / "benchmark.json").read_bytes()
+    assert rows_but_timings(numpy) == rows_but_timings(python)
+
+
 def test_a_map_without_people_has_no_distance_to_people():
     """The 1000 m of a search there would be most of a mean over maps, and hide a touch from a rule."""
     asked = ["min_distance_to_people", "personal_space_time"]
@@ -242,6 +264,32 @@ def test_studies_are_tables(study_path):
         (load, "expected the directory of a run"),
         (lambda folder: bench(OFFICE, "rpp", workers=0), "workers: expected greater than or equal to 1, got 0"),
         (lambda folder: study("quick", worker=2, out=folder / "a"), "did you mean 'workers'"),
+        (lambda folder: bench([], "rpp"), "maps: expected at least one, got none"),
+        (lambda folder: bench([OFFICE, 3], "rpp"), "maps: expected files, scenarios, map sets or runs, got 3"),
+        (lambda folder: minimize(None, "rpp fails", out=folder / "a"), "maps: expected files, .* got None"),
+        (lambda folder: minimize([OFFICE], 3, out=folder / "a"), "keep: expected an instance of str, got 3"),
+        (lambda folder: bench(OFFICE, "rpp", seed="0"), "seed: expected a whole number, 0 or greater, got '0'"),
+        (lambda folder: bench(OFFICE, "rpp", seed=-1), "seed: expected a whole number, 0 or greater, got -1"),
+        (lambda folder: bench(OFFICE, "rpp", repeats=2.0), "repeats: expected a whole number, 1 to 10000, got 2.0"),
+        (lambda folder: bench(OFFICE, "rpp", metrics=3), "metrics: expected a name or a list of names, got 3"),
+        (lambda folder: bench(OFFICE, "rpp", out=3), "out: expected a path, got 3"),
+        (lambda folder: bench(OFFICE, "rpp", params=3), "expected a file name, got 3"),
+        (lambda folder: bench(OFFICE, "rpp", settings={}), "settings: expected an instance of DriveSettings, got {}"),
+        (lambda folder: bench(OFFICE, "rpp", resources=None), "resources: expected an instance of Resources, got None"),
+        (lambda folder: compare(OFFICE, []), "configurations: expected at least one, got none"),
+        (lambda folder: compare(OFFICE, ["fair"]), "configurations: expected an instance of Configuration, got 'fair'"),
+        (lambda folder: compare(OFFICE, [configuration_of(" ", "fair", "rpp")]), "label: expected a name, got ' '"),
+        (
+            lambda folder: compare(OFFICE, [configuration_of("a", "fair", "rpp")], metrics="jerks"),
+            "unknown metric 'jerks'; did you mean 'jerk'",
+        ),
+        (lambda folder: evolve("thesis", resume=folder), "expected no other option, got experiment"),
+        (lambda folder: evolve(3, out=folder / "a"), "expected a file name, got 3"),
+        (lambda folder: study({}, out=folder / "a"), "settings: expected a study, its name, or a file, got {}"),
+        (lambda folder: study("quick", runs=0, out=folder / "a"), "runs: expected a whole number, 1 or greater, got 0"),
+        (lambda folder: study("quick", only="gini", out=folder / "a"), "unknown configuration 'gini'"),
+        (lambda folder: tune("rpp", OFFICE, OFFICE, params=folder / "a", out=folder / "b"), "a: cannot be read"),
+        (lambda folder: load(3), "path: expected a path, got 3"),
     ],
 )
 def test_mistakes_are_one_line(call, message, tmp_path):
@@ -257,6 +305,24 @@ def test_the_costmaps_have_the_shape_of_a_robot_that_replaces_that_of_the_file()
     for costmap in (world.navigation.local_costmap, world.navigation.global_costmap):
         assert (costmap.robot_radius, costmap.footprint) == (None, None)
     assert world_from(file, read_parameters(file), {}, None).navigation.local_costmap.robot_radius == 0.18
+
+
+def test_a_file_whose_own_controller_is_not_built_here_may_be_read_for_others(tmp_path):
+    """As the commands do, for which the controllers are named."""
+    file = tmp_path / "nav2_params.yaml"
+    own = {"controller_plugins": ["FollowPath"], "FollowPath": {"plugin": "teb_local_planner::TebLocalPlannerROS"}}
+    file.write_text(json.dumps({"controller_server": {"ros__parameters": own}}))
+    with pytest.raises(ConfigError, match="TebLocalPlannerROS"):
+        bench(OFFICE, params=file, workers=1, time_limit=1.0)
+    assert configuration_of("mine", file, "rpp").plan.names == ("rpp",)
+    assert len(bench(OFFICE, "rpp", params=file, workers=1, time_limit=1.0).rows) == 1
+
+
+def test_a_tuning_has_the_world_of_the_whole_file():
+    """As the command has it, so that either can continue the tuning of the other."""
+    file, hall = "examples/nav2_params.yaml", OFFICE.with_name("hall.yaml")
+    plan, _ = tuning_of("Pursuit", OFFICE, hall, Path(file), None, None, {}, TuneSettings())
+    assert plan.world == world_from(file, read_parameters(file), {}, None)
 
 
 def test_the_package_names_its_functions():

@@ -353,6 +353,22 @@ def test_the_command_compares_and_fails_by_rule(tmp_path, capsys):
     assert '<td data-label="over all maps">n_contacts</td>' in page.read_text(encoding="utf-8")
 
 
+@pytest.mark.parametrize(("params", "own"), [("thesis", "own"), ("mine=thesis", "mine")])
+def test_a_label_names_the_own_values_of_a_sweep(params, own, no_robot, capsys):
+    argv = ["bench", HALL, "--params", params, "--sweep", "rpp.lookahead_dist=0.3", "--workers", "1"]
+    assert main([*argv, "--fail-if", f"lookahead_dist=0.3.success<{own}.success", "--format", "json"]) == 0
+    found = json.loads(capsys.readouterr().out)
+    assert [row["configuration"] for row in found["runs"]] == [own, "lookahead_dist=0.3"]
+
+
+def test_a_label_of_the_only_file_changes_nothing(no_robot, capsys):
+    printed = []
+    for params in (PARAMS, f"mine={PARAMS}"):
+        assert main(["bench", HALL, "--params", params, "--workers", "1"]) == 0
+        printed.append(capsys.readouterr().out)
+    assert printed[0] == printed[1]
+
+
 def test_the_verdict_does_not_deny_goals_of_runs_that_begin_there():
     rows = tuple(run(label, "m", "goal", 0.0) for label in "ab")
     text = " ".join(verdict_of_comparison(ParameterComparison(rows, ())))
