@@ -6,7 +6,7 @@ from collections.abc import Sequence
 from typing import TYPE_CHECKING
 
 from evolution.files import Row
-from evolution.pictures.style import COLOURS, new_figure
+from evolution.pictures.style import COLOURS, count_along_x, new_figure
 from evolution.runs import HELD_OUT, feasible, hypervolumes, objectives_in
 
 if TYPE_CHECKING:
@@ -26,7 +26,8 @@ def pareto_figure(front: Sequence[Row], individuals: Sequence[Row]) -> Figure:
     _draw_sets(sets, front, individuals, names)
     volumes = hypervolumes(individuals, names)
     volume.step(list(volumes), list(volumes.values()), where="post", color=COLOURS[0])
-    volume.set(xlabel="evaluations", ylabel="hypervolume of all sets so far (1: the whole box)", ylim=(0.0, 1.0))
+    count_along_x(volume, "evaluations")
+    volume.set(ylabel="hypervolume of all sets so far (1: the whole box)", ylim=(0.0, 1.0))
     volume.grid(alpha=0.3)
     return figure
 

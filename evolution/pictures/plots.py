@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from evolution.pictures.style import COLOURS, HATCHES, MARKERS, RING, colour_of, new_figure, round_of
+from evolution.pictures.style import COLOURS, HATCHES, MARKERS, RING, colour_of, count_along_x, new_figure, round_of
 from evolution.runs import OUTLIER
 
 if TYPE_CHECKING:
@@ -25,7 +25,8 @@ def convergence_figure(series: Mapping[str, tuple[ArrayLike, ArrayLike]]) -> Fig
     for name, (x, y) in series.items():
         point = "o" if np.size(x) == 1 else ""
         axes.step(x, y, where="post", color=colour_of(list(series), name), label=name, marker=point)
-    axes.set(xlabel="evaluations", ylabel="best fitness (lower is better)")
+    count_along_x(axes, "evaluations")
+    axes.set_ylabel("best fitness (lower is better)")
     axes.grid(alpha=0.3)
     axes.legend(frameon=False)
     return figure
@@ -90,7 +91,8 @@ def spread_figure(
             axes.fill_between(np.asarray(x), low, high, where=on, color=look["color"], alpha=alpha, linewidth=0)
         shown += [edge[on] for edge in (mean - spread, np.minimum(mean + spread, highest))]
     _limit(axes, np.concatenate([*shown, []]))
-    axes.set(xlabel=xlabel, ylabel="best fitness, mean and SD (lower is better)")
+    count_along_x(axes, xlabel)
+    axes.set_ylabel("best fitness, mean and SD (lower is better)")
     axes.grid(alpha=0.3)
     _legend_below(figure)
     return figure

@@ -10,6 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 if TYPE_CHECKING:
+    from matplotlib.axes import Axes
     from matplotlib.figure import Figure
 
 # Okabe and Ito's palette, which colour-blind readers can tell apart, without its yellow, which is too pale in print.
@@ -63,6 +64,12 @@ def new_figure(
 
     figure = OnceRenderedFigure(figsize=(width, height), layout="constrained")
     return figure, np.atleast_1d(figure.subplots(rows, columns, sharey=sharey, height_ratios=heights))
+
+
+def count_along_x(axes: Axes, what: str) -> None:
+    """Label an x axis that counts something: its ticks are whole numbers."""
+    axes.set_xlabel(what)
+    axes.locator_params(axis="x", integer=True)
 
 
 def save_figure(figure: Figure, stem: Path, formats: Sequence[str] = FORMATS) -> list[Path]:

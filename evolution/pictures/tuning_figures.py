@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from evolution.pictures.style import COLOURS, new_figure
+from evolution.pictures.style import COLOURS, count_along_x, new_figure
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
@@ -41,7 +41,8 @@ def history_figure(trials: Rows, column: str) -> Figure:
             axes.yaxis.get_minor_locator().set_params(subs=(2.0, 5.0))
         axes.yaxis.set_minor_formatter("{x:g}")
     axes.yaxis.set_major_formatter("{x:g}")
-    axes.set(xlabel="trial", ylabel=f"{column} (lower is better)")
+    count_along_x(axes, "trial")
+    axes.set_ylabel(f"{column} (lower is better)")
     axes.grid(alpha=0.3, which="both")
     figure.legend(loc="outside lower center", frameon=False, fontsize=8, ncols=4)
     return figure

@@ -146,6 +146,12 @@ def test_labels_of_costs_do_not_overlap(highest):
     assert all(below[1] <= above[0] for below, above in itertools.pairwise(shown))
 
 
+def test_counts_have_whole_ticks():
+    trials = [{"trial": number, "state": "complete", "cost": 1.0 + number} for number in range(3)]
+    for figure in (history_figure(trials, "cost"), convergence_figure({"ga": ([0, 1, 2], [3.0, 2.0, 1.0])})):
+        assert all(float(tick).is_integer() for tick in figure.axes[0].get_xticks())
+
+
 def test_times_of_many_controllers_are_told_apart():
     names = [f"c{i}" for i in range(len(COLOURS) + 2)]
     figure = times_figure({name: [[1.0, 2.0], []] for name in names}, ["map_1", "map_2"])
