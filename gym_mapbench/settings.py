@@ -7,7 +7,7 @@ that names the key, what was expected and what came.
 from __future__ import annotations
 
 import reprlib
-from collections.abc import Mapping
+from collections.abc import Iterator, Mapping
 from typing import Any, ClassVar, Self
 
 from pydantic import (
@@ -60,7 +60,7 @@ class Settings(BaseModel):
         try:
             super().__init__(**values)
         except ValidationError as error:
-            raise OptionError(*_first_problem(error, type(self))) from None
+            raise OptionError(*_first_problem(error, type(self), values)) from None
 
     @model_validator(mode="wrap")
     @classmethod
@@ -133,11 +133,11 @@ def _refuse_conversion(came: object, made: object) -> None:
         raise ConfigError(f"expected a number, got {_short(came)}")
 
 
-def _first_problem(error: ValidationError, settings: type[Settings]) -> tuple[str, str]:
+def _first_problem(error: ValidationError, settings: type[Settings], values: Mapping[str, Any]) -> tuple[str, str]:
     """Return the option that the first problem of a validation error is about, and the problem in words."""
     problems = error.errors(include_url=False)
     first = problems[0]
-    key = ".".join(str(part) for part in first["loc"])
+    key = ".".join(_place(first["loc"], values))
     if first["type"] == "extra_forbidden":
         return "", _unknown_key(first, settings)
     if first["type"] == "missing" and isinstance(first["loc"][-1], int):
@@ -150,6 +150,18 @@ def _first_problem(error: ValidationError, settings: type[Settings]) -> tuple[st
     if isinstance(inner, ValueError):
         return key, str(inner)
     return key, f"expected {_expected(first)}, got {_short(first['input'])}"
+
+
+def _place(loc: tuple[int | str, ...], values: object) -> Iterator[str]:
+    """Yield the keys that lead to a problem, without those that name a type of a union: no value has such a key."""
+    for part in loc:
+        if isinstance(part, str) and isinstance(values, str | int | float | list | tuple):
+            continue
+        yield str(part)
+        try:
+            values = values[part]  # type: ignore[index]
+        except (TypeError, LookupError):
+            values = None
 
 
 def _entries(problems: list[ErrorDetails]) -> int:

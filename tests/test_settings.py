@@ -31,6 +31,20 @@ def test_a_list_that_is_too_short_is_said_in_words():
         Way(points=[1.0])
 
 
+class Either(Settings):
+    value: list[list[float] | int]
+
+
+@pytest.mark.parametrize(
+    ("value", "message"),
+    [(["b"], "value.0: expected"), ([1, [2, "b"]], "value.1.1: expected"), ([[float("nan")]], "value.0.0: expected a")],
+)
+def test_the_types_of_a_union_are_no_keys(value, message):
+    with pytest.raises(ConfigError) as caught:
+        Either(value=value)
+    assert str(caught.value).startswith(message)
+
+
 def test_settings_are_values():
     outer = Outer(width=2, inner={"depth": 3})
     assert outer == Outer(width=2.0, inner=Inner(depth=3))
