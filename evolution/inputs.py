@@ -123,8 +123,12 @@ def listed(maps: Maps | Sequence[Maps] | None) -> list[Scenario]:
     return [] if maps is None else each_once(load_all(items_of(maps)))
 
 
-def items_of(maps: Maps | Sequence[Maps]) -> list[Maps]:
+def items_of(maps: Maps | Sequence[Maps], name: str = "maps") -> list[Maps]:
     """Return one or several maps as a list.
+
+    Args:
+        maps: The maps.
+        name: Name of the argument, for errors.
 
     Raises:
         ConfigError: If there is none, or something else is among them.
@@ -132,9 +136,9 @@ def items_of(maps: Maps | Sequence[Maps]) -> list[Maps]:
     items = [maps] if isinstance(maps, MAP_KINDS) or not isinstance(maps, Iterable) else list(maps)
     for item in items:
         if not isinstance(item, MAP_KINDS):
-            raise ConfigError(f"maps: expected files, scenarios, map sets or runs, got {item!r:.80}")
+            raise ConfigError(f"{name}: expected files, scenarios, map sets or runs, got {item!r:.80}")
     if not items:
-        raise ConfigError("maps: expected at least one, got none")
+        raise ConfigError(f"{name}: expected at least one map, got none")
     return items
 
 
@@ -162,7 +166,7 @@ def levels_of(curriculum: Maps | Sequence[Maps] | None) -> list[Scenario]:
         ConfigError: If there is a curriculum, but no level.
         MapFormatError: If a file is no map.
     """
-    items = None if curriculum is None else items_of(curriculum)
+    items = None if curriculum is None else items_of(curriculum, "curriculum")
     run = None if items is None else run_of(items)
     if run is None:
         return listed(items)
@@ -314,7 +318,7 @@ def tuning_of(
         world = settings or world_from(file, None, environment, None)
         text = text_of_settings(world, controller)
     wanted = space_for(world, text.controller, space)
-    maps, held_out = (tuple(each_once(load_all(items_of(one)))) for one in (train, test))
+    maps, held_out = (tuple(each_once(load_all(items_of(*one)))) for one in ((train, "train"), (test, "test")))
     check_room([*maps, *held_out], world)
     plan = TuningPlan(text.controller, world, wanted, maps, held_out, tuned)
     if space is None:

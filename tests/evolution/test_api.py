@@ -264,7 +264,7 @@ def test_studies_are_tables(study_path):
         (load, "expected the directory of a run"),
         (lambda folder: bench(OFFICE, "rpp", workers=0), "workers: expected greater than or equal to 1, got 0"),
         (lambda folder: study("quick", worker=2, out=folder / "a"), "did you mean 'workers'"),
-        (lambda folder: bench([], "rpp"), "maps: expected at least one, got none"),
+        (lambda folder: bench([], "rpp"), "maps: expected at least one map, got none"),
         (lambda folder: bench([OFFICE, 3], "rpp"), "maps: expected files, scenarios, map sets or runs, got 3"),
         (lambda folder: minimize(None, "rpp fails", out=folder / "a"), "maps: expected files, .* got None"),
         (lambda folder: minimize([OFFICE], 3, out=folder / "a"), "keep: expected an instance of str, got 3"),

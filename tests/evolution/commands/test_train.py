@@ -106,7 +106,7 @@ def test_a_curriculum_without_a_solved_map_is_refused(capsys, tmp_path):
 
 @pytest.mark.parametrize("given", ["maps", "curriculum"])
 def test_no_map_at_all_is_refused(given, tmp_path):
-    with pytest.raises(ConfigError, match="expected at least one map, got none"):
+    with pytest.raises(ConfigError, match=f"^{given}: expected at least one map, got none"):
         train("ppo", config=small(), out=tmp_path / "run", **{given: []})
     assert not (tmp_path / "run").exists()
 
