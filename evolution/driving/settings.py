@@ -105,9 +105,22 @@ def with_parameters(settings: DriveSettings, read: Nav2Params) -> DriveSettings:
     world = settings.environment
     robot = robot_of(read, world.robot)
     control = max(world.control_hz, read.navigation.controller_server.controller_frequency)
-    physics = control * math.ceil(max(world.physics_hz, lowest_physics_hz(robot)) / control - 1e-9)
+    physics = _physics_hz(max(world.physics_hz, lowest_physics_hz(robot)), control)
     world = world.replace(robot=robot, control_hz=control, physics_hz=physics)
     return settings.replace(navigation=read.navigation, environment=world)
+
+
+def with_robot(world: EnvConfig, robot: RobotSpec) -> EnvConfig:
+    """Return a world with another robot, and with more physics steps per second if the robot needs them."""
+    lowest = lowest_physics_hz(robot)
+    if lowest <= world.physics_hz:
+        return world.replace(robot=robot)
+    return world.replace(robot=robot, physics_hz=_physics_hz(lowest, world.control_hz))
+
+
+def _physics_hz(lowest: float, control_hz: float) -> float:
+    """Return the lowest multiple of a rate of control that is not below ``lowest``."""
+    return control_hz * math.ceil(lowest / control_hz - 1e-9)
 
 
 def take_shape_of_robot(navigation: NavigationParams, radius: float | None = None) -> NavigationParams:
