@@ -25,6 +25,9 @@ from gym_mapbench.ros_params import overlay
 from gym_mapbench.settings import Settings
 from gym_mapbench.world.robot import RobotSpec
 
+UNUSED = ("maps", "start", "goal", "resolution", "family", "shapes", "observation", "action", "reward")
+"""Options of the env that its other users need: controllers have other maps, and sensors and commands of their own."""
+
 
 class ParameterFile(Settings):
     """A user's ``nav2_params.yaml``, and how it is read; in a config the mapping ``navigation: {params: FILE, ...}``.
@@ -98,6 +101,12 @@ class DriveSettings(Settings):
     def robot(self) -> RobotSpec:
         """The robot."""
         return self.environment.robot
+
+    @property
+    def unused(self) -> tuple[str, ...]:
+        """Names of those of :data:`UNUSED` that differ from their defaults."""
+        usual = EnvConfig()
+        return tuple(name for name in UNUSED if getattr(self.environment, name) != getattr(usual, name))
 
 
 def with_parameters(settings: DriveSettings, read: Nav2Params) -> DriveSettings:
