@@ -271,9 +271,15 @@ def required_keywords(function: Callable[..., Any]) -> frozenset[str]:
     return frozenset(one.name for one in given if one.default is inspect.Parameter.empty)
 
 
+def type_and_text(error: BaseException) -> str:
+    """Return type and text of an error in one line; the type alone if it has no text."""
+    text = " ".join(str(error).split())
+    return f"{type(error).__name__}: {text}" if text else type(error).__name__
+
+
 def describe(error: BaseException) -> str:
     """Say type, text and place of an error in one line: the last place outside this project and installed packages."""
-    text = " ".join(f"{type(error).__name__}: {error}".split())
+    text = type_and_text(error)
     frames = [frame for frame in traceback.extract_tb(error.__traceback__) if not _is_machinery(frame.filename)]
     own = [frame for frame in frames if not frame.filename.startswith(LIBRARIES)]
     return f"{text}, {Path((own or frames)[-1].filename).name} line {(own or frames)[-1].lineno}" if frames else text

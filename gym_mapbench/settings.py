@@ -27,6 +27,8 @@ from gym_mapbench.errors import ConfigError, nearest_name
 
 LENGTHS = {"too_short": ("at least", "min_length"), "too_long": ("at most", "max_length")}
 """Problems of lists and tuples that have a wrong length: how they are said, and the limit in the problem's context."""
+KINDS = {"tuple_type": "a list", "list_type": "a list", "dict_type": "a mapping", "model_type": "a mapping of options"}
+"""What a value of the wrong type has to be, in the words of files: YAML knows no tuples and no dictionaries."""
 
 
 class OptionError(ConfigError):
@@ -177,6 +179,8 @@ def _expected(problem: ErrorDetails) -> str:
         return f"{words} {problem['ctx'][limit]} entries"
     if problem["type"] == "string_pattern_mismatch":
         return f"a text that matches {problem['ctx']['pattern']}"
+    if problem["type"] in KINDS:
+        return KINDS[problem["type"]]
     return problem["msg"].removeprefix("Input should be ").removeprefix("String should have ")
 
 

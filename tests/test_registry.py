@@ -121,6 +121,8 @@ def test_blame_is_for_third_parties_only(numbers):
     said = pytest.raises(PluginError, match=r"^number 'three': ValueError: .*, test_registry.py line \d+$")
     with said, numbers.blamed("three"):
         int("three")
+    with pytest.raises(PluginError, match=r"^number 'three': KeyError, test_registry.py line"), numbers.blamed("three"):
+        raise KeyError
     with pytest.raises(ValueError, match="invalid literal"), numbers.blamed("one"):
         int("one")
     with pytest.raises(ConfigError, match=r"^as it was$"), numbers.blamed("three"):

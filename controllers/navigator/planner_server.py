@@ -7,15 +7,13 @@ from __future__ import annotations
 
 from typing import Protocol
 
-import numpy as np
-
 from controllers.navigator import error_codes
 from controllers.navigator.actions import Outcome, Result
 from controllers.navigator.computing import Computing
 from controllers.navigator.costmap_wait import CostmapWait, ServedCostmap
 from controllers.navigator.rate import NEVER
-from gym_mapbench.errors import EndpointError, PlanningError, PluginError, UnsafeEndpointError
-from gym_mapbench.planners.base import GlobalPlanner, Path
+from gym_mapbench.errors import EndpointError, PlanningError, UnsafeEndpointError
+from gym_mapbench.planners.base import GlobalPlanner
 from gym_mapbench.world.scenario import Pose
 
 TIMED_OUT = Outcome(Result.ABORTED, error_codes.PLANNER_TIMED_OUT, "Costmap timed out waiting for update")
@@ -79,19 +77,4 @@ class PlannerServer(Computing):
             return Outcome(Result.ABORTED, error_codes.PLANNER_UNKNOWN, str(error))
         except PlanningError as error:
             return Outcome(Result.ABORTED, error_codes.NO_VALID_PATH, str(error))
-        return Outcome(Result.SUCCEEDED, value=checked_path(path, "planner"))
-
-
-def checked_path(path: object, made_by: str) -> Path:
-    """Return the path of a plugin, ``(n, 3)``.
-
-    Raises:
-        PluginError: If a third party's plugin returned something else, or a number that is not finite.
-    """
-    try:
-        poses = np.asarray(path, dtype=np.float64)
-    except (TypeError, ValueError):
-        poses = np.empty(0)
-    if poses.ndim != 2 or poses.shape[1] != 3 or not np.isfinite(poses).all():
-        raise PluginError(f"{made_by}: expected a path of (n, 3) finite numbers, got {path!r:.80}")
-    return poses
+        return Outcome(Result.SUCCEEDED, value=path)

@@ -11,7 +11,6 @@ from typing import Any, NamedTuple
 from controllers.navigator import error_codes
 from controllers.navigator.actions import Outcome, Result
 from controllers.navigator.computing import Computing
-from controllers.navigator.planner_server import checked_path
 from controllers.navigator.topic_collisions import is_collision_free
 from controllers.releases import Release
 from gym_mapbench.costmap import Costmap
@@ -89,12 +88,11 @@ class SmootherServer(Computing):
 
     def _checked(self, smoothed: Smoothed, costmap: Costmap) -> Outcome:
         """Return the path that a smoother made, unless it has to be free and is not."""
-        path = checked_path(smoothed.path, "smoother")
-        for pose in map(Pose._make, path.tolist()) if self.goal.check_for_collisions else ():
+        for pose in map(Pose._make, smoothed.path.tolist()) if self.goal.check_for_collisions else ():
             if not is_collision_free(pose, costmap, self._footprint):
                 where = f"({pose.x:.3f}, {pose.y:.3f}, {pose.yaw:.3f})"
                 return _failed(error_codes.SMOOTHED_PATH_IN_COLLISION, f"the smoothed path collides at {where}")
-        return Outcome(Result.SUCCEEDED, value=smoothed._replace(path=path))
+        return Outcome(Result.SUCCEEDED, value=smoothed)
 
 
 def _failed(code: int, reason: str) -> Outcome:

@@ -25,6 +25,7 @@ from evolution.driving import (
     take_shape_of_robot,
     try_controllers,
     with_parameters,
+    with_robot,
 )
 from evolution.files import Row, counted
 from evolution.runs import STORE, LoadedRun, experiment_in
@@ -74,8 +75,9 @@ def add_drive_options(
     )
     group.add_argument(
         "--robot",
-        metavar="NAME",
-        help=f"{names_in(ROBOTS)} (default: that of the --params file; without one {default.format(WORLD.robot.name)})",
+        metavar="NAME|FILE",
+        help=f"{names_in(ROBOTS)}, or a YAML file with the options of a robot (default: that of the --params file; "
+        f"without one {default.format(WORLD.robot.name)})",
     )
     add_reading_options(group)
     _add_world_options(group, default, noise)
@@ -324,12 +326,12 @@ def _of_release(navigation: NavigationParams, release: Release) -> NavigationPar
 
 def _environment(args: argparse.Namespace, environment: EnvConfig) -> EnvConfig:
     changes = {
-        "robot": _robot(args, environment.robot),
         "time_limit": args.time_limit,
         "collision_ends_episode": None if args.contact is None else args.contact == "ends",
         "noise": args.noise,
     }
-    return environment.replace(**{key: value for key, value in changes.items() if value is not None})
+    world = with_robot(environment, _robot(args, environment.robot))
+    return world.replace(**{key: value for key, value in changes.items() if value is not None})
 
 
 def _robot(args: argparse.Namespace, robot: RobotSpec) -> RobotSpec:

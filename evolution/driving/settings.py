@@ -25,6 +25,9 @@ from gym_mapbench.ros_params import overlay
 from gym_mapbench.settings import Settings
 from gym_mapbench.world.robot import RobotSpec
 
+UNUSED = ("maps", "start", "goal", "resolution", "family", "shapes", "observation", "action", "reward")
+"""Options of the env that its other users need: controllers have other maps, and sensors and commands of their own."""
+
 
 class ParameterFile(Settings):
     """A user's ``nav2_params.yaml``, and how it is read; in a config the mapping ``navigation: {params: FILE, ...}``.
@@ -99,15 +102,34 @@ class DriveSettings(Settings):
         """The robot."""
         return self.environment.robot
 
+    @property
+    def unused(self) -> tuple[str, ...]:
+        """Names of those of :data:`UNUSED` that differ from their defaults."""
+        usual = EnvConfig()
+        return tuple(name for name in UNUSED if getattr(self.environment, name) != getattr(usual, name))
+
 
 def with_parameters(settings: DriveSettings, read: Nav2Params) -> DriveSettings:
     """Overlay settings with a parameter file: its navigation, its robot, and at least the rates that both need."""
     world = settings.environment
     robot = robot_of(read, world.robot)
     control = max(world.control_hz, read.navigation.controller_server.controller_frequency)
-    physics = control * math.ceil(max(world.physics_hz, lowest_physics_hz(robot)) / control - 1e-9)
+    physics = _physics_hz(max(world.physics_hz, lowest_physics_hz(robot)), control)
     world = world.replace(robot=robot, control_hz=control, physics_hz=physics)
     return settings.replace(navigation=read.navigation, environment=world)
+
+
+def with_robot(world: EnvConfig, robot: RobotSpec) -> EnvConfig:
+    """Return a world with another robot, and with more physics steps per second if the robot needs them."""
+    lowest = lowest_physics_hz(robot)
+    if lowest <= world.physics_hz:
+        return world.replace(robot=robot)
+    return world.replace(robot=robot, physics_hz=_physics_hz(lowest, world.control_hz))
+
+
+def _physics_hz(lowest: float, control_hz: float) -> float:
+    """Return the lowest multiple of a rate of control that is not below ``lowest``."""
+    return control_hz * math.ceil(lowest / control_hz - 1e-9)
 
 
 def take_shape_of_robot(navigation: NavigationParams, radius: float | None = None) -> NavigationParams:

@@ -97,13 +97,15 @@ def _built_in_time(spec: ControllerSpec, settings: DriveSettings) -> Controller:
 def check_room(scenarios: Iterable[Scenario], settings: DriveSettings) -> None:
     """Refuse maps if the robot can stand at start and goal on none of them.
 
-    If it can on some of them, runs on the others end in ``error`` with the reason; a warning says how many.
+    If it can on some of them, runs on the others end in ``error`` with the reason; a warning says how many. Another
+    warning names options of the env that controllers do not use.
 
     Raises:
         ConfigError: Naming the first of the maps, or a motion of a body that workers cannot find.
     """
     scenarios = list(scenarios)
     _warn_of_coarse_cells(scenarios)
+    _warn_of_unused_options(settings)
     problems = [f"{scenario.name}: {why}" for scenario in scenarios if (why := _why_no_room(scenario, settings))]
     if not problems:
         return
@@ -124,6 +126,16 @@ def _warn_of_coarse_cells(scenarios: Sequence[Scenario]) -> None:
             "%s has cells of %g m, on which controllers may stand still; see 'mapbench maps convert --split'",
             coarse[0].name,
             coarse[0].map.resolution,
+        )
+
+
+def _warn_of_unused_options(settings: DriveSettings) -> None:
+    if settings.unused:
+        LOG.warning(
+            "environment: %s %s no effect here: maps and tasks are given apart from it, and controllers have "
+            "observations and actions of their own",
+            ", ".join(settings.unused),
+            "has" if len(settings.unused) == 1 else "have",
         )
 
 

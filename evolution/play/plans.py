@@ -38,6 +38,7 @@ from evolution.driving import (
     take_shape_of_robot,
     try_controllers,
     with_parameters,
+    with_robot,
 )
 from evolution.files import temporary_directory, write_text
 from evolution.play.messages.requests import AskParameters, Session, Variant, WorldSettings
@@ -296,7 +297,7 @@ def _robot(world: WorldSettings, robot: RobotSpec, text: str | None) -> RobotSpe
 def _with_robot(settings: DriveSettings, robot: RobotSpec, radius: float | None) -> DriveSettings:
     """Put a robot into the world, and its shape into the costmaps."""
     return settings.replace(
-        environment=settings.environment.replace(robot=robot),
+        environment=with_robot(settings.environment, robot),
         navigation=take_shape_of_robot(settings.navigation, radius),
     )
 

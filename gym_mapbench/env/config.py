@@ -48,7 +48,7 @@ class EnvConfig(ExtendedSettings):
             :data:`gym_mapbench.generator.FAMILIES`, a mapping ``{name: doors, options: {gap: [0.6, 0.7]}}``, or
             several of these, of which one is sampled each time. None: random shapes, as in the thesis.
         shapes: Size and borders of sampled maps, and kind and number of random shapes.
-        robot: A preset's name or the options of a robot.
+        robot: A preset's name, a YAML file, or the options of a robot.
         plant: How the robot follows a command: ``ideal`` (the plant of the recorded Nav2 runs), or ``fortress`` (Gazebo
             Fortress: steps of 1 ms, and a command takes effect one step after it arrives).
         physics_hz: Physics steps per second.

@@ -22,7 +22,7 @@ def cast_rays(walls, resolution, origin_x, origin_y, x, y, yaw, beams, range_max
         resolution: Side of a cell, m.
         origin_x: World x of the lower-left corner of the map inside the frame, m.
         origin_y: World y of the same corner, m.
-        x: Sensor, m; must be on the map.
+        x: Sensor, m; off the map is inside a wall.
         y: Sensor, m.
         yaw: Heading of the sensor, rad.
         beams: ``(n, 2)`` cosine and sine of every beam's angle to the heading.
@@ -32,6 +32,9 @@ def cast_rays(walls, resolution, origin_x, origin_y, x, y, yaw, beams, range_max
     cells = walls.ravel()
     stride = walls.shape[1]
     column, line = (x - origin_x) / resolution + 1.0, (y - origin_y) / resolution + 1.0
+    if not (0.0 <= column < stride and 0.0 <= line < len(walls)):
+        ranges[:] = 0.0
+        return
     cos, sin = math.cos(yaw), math.sin(yaw)
     for i in range(len(beams)):
         along_x = beams[i, 0] * cos - beams[i, 1] * sin

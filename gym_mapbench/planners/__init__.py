@@ -6,7 +6,7 @@ from dataclasses import replace
 from typing import Any
 
 from gym_mapbench.costmap import Costmap
-from gym_mapbench.planners.base import GlobalPlanner, Path, PlannerEntry
+from gym_mapbench.planners.base import GlobalPlanner, Path, PlannerEntry, checked_path
 from gym_mapbench.planners.navfn import NAVFN, NavfnParams, NavfnPlanner
 from gym_mapbench.planners.smac_2d import SMAC_2D, Smac2DParams, Smac2DPlanner, SmootherParams
 from gym_mapbench.planners.theta_star import THETA_STAR, ThetaStarParams, ThetaStarPlanner
@@ -54,11 +54,12 @@ def make_planner(name: str, **params: Any) -> GlobalPlanner:
 
 
 class _GuardedPlanner:
-    """A third party's planner: its errors are reported in one line with its name, and it plans on a copy."""
+    """A third party's planner: its errors and wrong paths are reported with its name, and it plans on a copy."""
 
     def __init__(self, name: str, planner: GlobalPlanner) -> None:
         self._name, self._planner = name, planner
 
     def plan(self, costmap: Costmap, start: Pose, goal: Pose) -> Path:
         with PLANNERS.blamed(self._name):
-            return self._planner.plan(replace(costmap, costs=costmap.costs.copy()), start, goal)
+            path: object = self._planner.plan(replace(costmap, costs=costmap.costs.copy()), start, goal)
+        return checked_path(path, f"planner {self._name!r}")

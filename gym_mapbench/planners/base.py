@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from gym_mapbench.costmap import LETHAL_OBSTACLE, Costmap
-from gym_mapbench.errors import EndpointError, NoPathError
+from gym_mapbench.errors import EndpointError, NoPathError, PluginError
 from gym_mapbench.ros_params import RosPlugin
 from gym_mapbench.settings import Settings
 from gym_mapbench.world.scenario import Pose
@@ -42,6 +42,21 @@ class PlannerEntry(NamedTuple):
     params: type[Settings]
     make: Callable[[Any], GlobalPlanner]
     nav2: RosPlugin | None = None
+
+
+def checked_path(path: object, made_by: str) -> Path:
+    """Return the path of a third party's plugin in an array of its own, ``(n, 3)``.
+
+    Raises:
+        PluginError: If it is something else, or has a number that is not finite.
+    """
+    try:
+        poses = np.array(path, dtype=np.float64)
+    except (TypeError, ValueError):
+        poses = np.empty(0)
+    if poses.ndim != 2 or poses.shape[1] != 3 or not np.isfinite(poses).all():
+        raise PluginError(f"{made_by}: expected a path of (n, 3) finite numbers, got {path!r:.80}")
+    return poses
 
 
 def no_path(start: Pose, goal: Pose, reason: str, kind: type[NoPathError] = NoPathError) -> NoPathError:

@@ -6,7 +6,7 @@ from dataclasses import replace
 from typing import Any
 
 from gym_mapbench.costmap import Costmap
-from gym_mapbench.planners.base import Path
+from gym_mapbench.planners.base import Path, checked_path
 from gym_mapbench.plugin_entries import entry_or_callable, make_plugin
 from gym_mapbench.registry import Registry
 from gym_mapbench.smoothers.base import PathSmoother, Smoothed, SmootherEntry
@@ -46,7 +46,7 @@ def make_smoother(name: str, **params: Any) -> PathSmoother:
 
 
 class _GuardedSmoother:
-    """A third party's smoother: its errors are reported in one line with its name, and it smooths copies."""
+    """A third party's smoother: its errors and wrong paths are reported with its name, and it smooths copies."""
 
     def __init__(self, name: str, smoother: PathSmoother) -> None:
         self._name, self._smoother = name, smoother
@@ -54,4 +54,4 @@ class _GuardedSmoother:
     def smooth(self, costmap: Costmap, path: Path) -> Smoothed:
         with SMOOTHERS.blamed(self._name):
             smoothed, was_completed = self._smoother.smooth(replace(costmap, costs=costmap.costs.copy()), path.copy())
-        return Smoothed(smoothed, bool(was_completed))
+        return Smoothed(checked_path(smoothed, f"smoother {self._name!r}"), bool(was_completed))

@@ -40,7 +40,8 @@ class LidarSettings(Settings):
         angle_min: Angle of the first beam to the scanner's heading, rad.
         angle_increment: Angle from beam to beam, rad; None spreads them over a full turn.
         scan_rate: Scans per second; between two scans the last one is observed again, as with a real scanner (the
-            LDS-01 turns at 5 Hz). None: every observation has its own.
+            LDS-01 turns at 5 Hz). The time between two scans is rounded to whole control steps, so 15 Hz are 20 Hz
+            where ``control_hz`` is 20. None: every observation has its own.
     """
 
     beams: Annotated[int, Field(ge=1, le=100_000)] = 360

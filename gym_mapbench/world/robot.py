@@ -1,12 +1,16 @@
-"""RobotSpec: shape and limits of the robot, with presets by name."""
+"""RobotSpec: shape and limits of the robot, with presets by name and files."""
 
 from __future__ import annotations
+
+from collections.abc import Mapping
+from pathlib import Path
 
 import numpy as np
 from numpy.typing import NDArray
 from pydantic import field_validator
 
 from gym_mapbench.errors import ConfigError
+from gym_mapbench.files.documents import read_yaml
 from gym_mapbench.quantities import NonNegative, Positive
 from gym_mapbench.registry import Registry, must_be
 from gym_mapbench.settings import Settings
@@ -154,9 +158,13 @@ ROBOTS: Registry[RobotSpec] = Registry("robot", "robots", _PRESETS, check=must_b
 
 
 def make_robot(name: str) -> RobotSpec:
-    """Return a preset by name.
+    """Return a preset by name, or the robot of a YAML file, which is called by the file's name unless it says another.
 
     Raises:
-        ConfigError: If there is no such preset.
+        ConfigError: If there is no such preset or file, or the file does not hold the options of a robot.
     """
+    if name.endswith((".yaml", ".yml")):
+        document = read_yaml(name)
+        options = {"name": Path(name).stem, **document} if isinstance(document, Mapping) else document
+        return RobotSpec.from_mapping(options, name)
     return ROBOTS.get(name)

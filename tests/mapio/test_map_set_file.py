@@ -173,7 +173,7 @@ def test_formats_of_cells_have_the_genomes_beside_them(tmp_path):
     [
         ({"family": "gate"}, MapFormatError, r"maps\[0\]: genome: .*did you mean 'gates'"),
         ({"family": "doors"}, MapFormatError, "expected a family of motifs along a route, got 'doors'"),
-        ({"genes": 3}, MapFormatError, "genes: expected a valid dictionary, got 3"),
+        ({"genes": 3}, MapFormatError, "genes: expected a mapping, got 3"),
         ({"extra": 3}, MapFormatError, "unknown key 'extra'"),
         ({"family": "theirs:Motif"}, UntrustedError, "would run code"),
     ],

@@ -203,6 +203,29 @@ def test_a_planner_of_others_that_fails_is_one_line_with_its_name():
         plan_with(f"{HERE}:Lost")
 
 
+class Returning:
+    """Returns whatever it is told to."""
+
+    answer: object = None
+
+    def plan(self, costmap, start, goal):
+        return self.answer
+
+
+@pytest.mark.parametrize("path", [None, "path", [], np.zeros((2, 2)), np.full((2, 3), np.nan)])
+def test_a_planner_of_others_that_returns_no_path_is_told_what_is_expected_by_name(path, monkeypatch):
+    monkeypatch.setattr(Returning, "answer", path)
+    with pytest.raises(PluginError, match=rf"^planner '{HERE}:Returning': expected a path of \(n, 3\) finite numbers"):
+        plan_with(f"{HERE}:Returning")
+
+
+def test_a_planner_of_others_keeps_no_hold_of_its_path(monkeypatch):
+    monkeypatch.setattr(Returning, "answer", np.zeros((2, 3)))
+    path = plan_with(f"{HERE}:Returning")
+    Returning.answer[:] = 1.0
+    assert not path.any()
+
+
 def test_the_navigator_takes_them_by_name():
     plugin = PlannerPlugin(name=f"{HERE}:made", params={"rows": 4})
     assert PlannerPlugin(name=f"{HERE}:made").params == {"rows": 2}

@@ -218,6 +218,13 @@ class Failing:
         raise KeyError("no spline")
 
 
+class Flat:
+    """A third party's smoother that loses the yaws."""
+
+    def smooth(self, costmap, path):
+        return Smoothed(path[:, :2])
+
+
 class Planless:
     """No smoother at all."""
 
@@ -230,6 +237,8 @@ def test_third_parties_smoothers_get_copies_and_are_blamed_by_name():
     assert not CORNER[:, 2].any()
     with pytest.raises(PluginError, match=r"smoother '.*:Failing': KeyError: 'no spline', test_smoothers\.py line"):
         make_smoother(f"{__name__}:Failing").smooth(FREE, CORNER)
+    with pytest.raises(PluginError, match=r"^smoother '.*:Flat': expected a path of \(n, 3\) finite numbers"):
+        make_smoother(f"{__name__}:Flat").smooth(FREE, CORNER)
     with pytest.raises(ConfigError, match="expected one with 'smooth', got a Planless"):
         make_smoother(f"{__name__}:Planless")
     assert set(SMOOTHERS.built_in) == {"simple", "savitzky_golay"}

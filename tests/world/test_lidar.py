@@ -91,6 +91,13 @@ def test_what_is_too_near_is_not_measured(no_reading, expected):
     assert (blind[~near] == exact[~near]).all()
 
 
+@pytest.mark.parametrize("heading", [0.0, math.pi / 2, math.pi, -math.pi / 2])
+def test_a_scanner_beyond_the_wall_around_a_map_measures_nothing(heading):
+    walls = World(GridMap(np.zeros((100, 100), bool), 0.01))
+    place = Pose(0.5 + 0.4 * math.cos(heading), 0.5 + 0.4 * math.sin(heading), heading)
+    assert not Lidar(LidarSettings(beams=8, x=0.2), walls).scan(place).any()
+
+
 def test_what_is_out_of_range_says_the_range():
     grid = GridMap(np.zeros((200, 200), bool))
     assert (Lidar(LidarSettings(range_max=2.0), World(grid)).scan(Pose(5.0, 5.0)) == np.float32(2.0)).all()

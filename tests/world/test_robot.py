@@ -22,6 +22,20 @@ def test_presets_by_name():
         make_robot("jakal")
 
 
+def test_a_robot_in_a_file(tmp_path):
+    file = tmp_path / "cart.yaml"
+    file.write_text("radius: 0.3\nlidar: {x: -0.1}")
+    assert make_robot(str(file)) == RobotSpec(name="cart", radius=0.3, lidar=LidarMount(x=-0.1))
+    file.write_text("name: trolley")
+    assert make_robot(str(file)) == RobotSpec(name="trolley")
+    for text, wrong in [("radius: 0", "radius: expected greater than 0, got 0"), ("- 3", "a mapping of options")]:
+        file.write_text(text)
+        with pytest.raises(ConfigError, match=rf"cart\.yaml: .*{wrong}"):
+            make_robot(str(file))
+    with pytest.raises(ConfigError, match=r"tray\.yaml: cannot be read"):
+        make_robot("tray.yaml")
+
+
 @pytest.mark.parametrize("turn", [1, -1])
 def test_footprints_may_turn_either_way(turn):
     corners = ((0.2, 0.1), (-0.2, 0.1), (-0.2, -0.1), (0.2, -0.1))[::turn]

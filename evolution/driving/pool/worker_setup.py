@@ -11,7 +11,7 @@ import numpy as np
 from evolution.driving.jobs import Job, RunResult
 from evolution.driving.pool.worker_loop import NotStartedError, belong_to_parent
 from gym_mapbench.errors import MapBenchError, visible
-from gym_mapbench.registry import describe
+from gym_mapbench.registry import describe, type_and_text
 
 RunJob = Callable[[Job], RunResult]
 WarmUp = Callable[[], object]
@@ -78,7 +78,7 @@ def error_result(reason: str) -> RunResult:
 
 def one_line(error: BaseException) -> str:
     """Return the type and text of an error as one short line."""
-    return visible(" ".join(f"{type(error).__name__}: {error}".split()))[:MAX_REASON]
+    return visible(type_and_text(error))[:MAX_REASON]
 
 
 def _placed(error: BaseException) -> str:

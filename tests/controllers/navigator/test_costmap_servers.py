@@ -17,7 +17,7 @@ from controllers.navigator.error_codes import PLANNER_RECOVERY_HELPS
 from controllers.navigator.navigator import Navigator
 from controllers.navigator.planner_server import PlannerServer
 from gym_mapbench.costmap import FREE_SPACE, LETHAL_OBSTACLE, NO_INFORMATION, CostmapParams, LayeredCostmap
-from gym_mapbench.errors import ConfigError, EndpointError, NoPathError, PluginError, UnsafeEndpointError
+from gym_mapbench.errors import ConfigError, EndpointError, NoPathError, UnsafeEndpointError
 from gym_mapbench.world.footprint import Footprint
 from gym_mapbench.world.gridmap import GridMap
 from gym_mapbench.world.lidar import Lidar, LidarSettings
@@ -241,16 +241,6 @@ def test_the_error_of_a_planner_decides_whether_recoveries_are_tried(error, code
     assert planner.step(0.0) is None
     assert planner.step(0.0).code == code
     assert (code in PLANNER_RECOVERY_HELPS) == helps
-
-
-@pytest.mark.parametrize("path", [None, "path", [], np.zeros((2, 2)), np.full((2, 3), np.nan)])
-def test_a_planner_that_returns_no_path_is_told_what_is_expected(path):
-    seen = server()
-    observe(seen, POSE, None, 0.0)
-    planner = PlannerServer(SimpleNamespace(plan=lambda costmap, start, goal: path), SimpleNamespace(pose=POSE), seen)
-    planner.begin(Pose(4.0, 1.025), 0.0)
-    with pytest.raises(PluginError, match=r"expected a path of \(n, 3\) finite numbers"):
-        planner.step(0.0)
 
 
 def plain_clear(costs, window, x, y, side, outside):

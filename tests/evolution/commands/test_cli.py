@@ -179,6 +179,16 @@ def test_one_map_without_room_spoils_no_benchmark(caplog):
         check_room([blocked, blocked], settings)
 
 
+def test_options_of_the_environment_without_an_effect_on_controllers_are_named(caplog):
+    settings = DriveSettings(navigation="thesis", environment={"robot": "jackal", "noise": "nominal"})
+    check_room(load_scenarios(OFFICE), settings)
+    assert not caplog.messages
+    changed = settings.environment.replace(family="doors", start=(1.0, 1.0, 0.0), reward={"time": 1.0})
+    check_room(load_scenarios(OFFICE), settings.replace(environment=changed))
+    (said,) = caplog.messages
+    assert said.startswith("environment: start, family, reward have no effect here: maps and tasks are given apart")
+
+
 def test_controllers_faster_than_the_world_are_refused(tmp_path, capsys):
     params, config = tmp_path / "fast.yaml", tmp_path / "config.yaml"
     params.write_text("controller_server: {ros__parameters: {controller_frequency: 100.0}}\n")

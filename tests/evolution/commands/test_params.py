@@ -222,6 +222,20 @@ def test_the_world_keeps_up_with_the_files_controller_and_robot(humble, capsys):
     assert (world.robot.max_linear_velocity, world.control_hz, world.physics_hz) == (8.0, 20.0, 160.0)
 
 
+def test_the_world_keeps_up_with_the_robot_of_the_command(tmp_path):
+    parser = options.argparse.ArgumentParser()
+    driving_options.add_drive_options(parser)
+    speeds = {8.1: 180.0, 5.0: 100.0}
+    for speed, physics in speeds.items():
+        file = tmp_path / "fast.yaml"
+        file.write_text(f"{{max_linear_velocity: {speed}, radius: 0.3}}")
+        args = parser.parse_args(["--robot", str(file)], options.argparse.Namespace(**COMMON))
+        settings = driving_options.drive_settings(args)
+        assert (settings.environment.control_hz, settings.environment.physics_hz) == (20.0, physics)
+        assert (settings.robot.name, settings.robot.max_linear_velocity) == ("fast", speed)
+        assert settings.navigation.local_costmap.robot_radius is None
+
+
 def test_only_drives_with_another_controller_than_the_files(tmp_path):
     path = tmp_path / "teb.yaml"
     path.write_text(TEB)

@@ -234,6 +234,14 @@ class Endless(Contrast):
         return float("inf")
 
 
+class OneObjective(Contrast):
+    objectives = "penalty"
+
+
+class Aimless(Contrast):
+    objectives = ()
+
+
 class Unmade(Contrast):
     def __init__(self, settings, scale=None):
         raise ValueError("no wish")
@@ -248,6 +256,14 @@ WRONG = (
     ("Unmade", r"ValueError: no wish, test_fitness.py line \d+"),
     ("Unfinished", "NotImplementedError: Unfinished has no method score"),
 )
+
+
+@pytest.mark.parametrize(("name", "got"), [("OneObjective", "'penalty'"), ("Aimless", r"\(\)")])
+def test_a_fitness_whose_objectives_are_no_names_is_refused(name, got):
+    with pytest.raises(
+        ConfigError, match=rf"fitness '{HERE}:{name}': objectives: expected a tuple of 1 .*, got {got}$"
+    ):
+        JudgingSettings(fitness=f"{HERE}:{name}")
 
 
 def test_a_fitness_of_ones_own_gets_scores_and_times():
