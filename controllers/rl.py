@@ -168,7 +168,7 @@ def load_sb3(path: str | Path, name: str) -> PolicyController | TrainedPolicy:
     try:
         import stable_baselines3
     except ImportError:
-        raise ConfigError(f"{name}: reading {path} needs stable-baselines3 (pip install gym-mapbench[rl])") from None
+        raise ConfigError(f"{name}: reading {path} needs stable-baselines3 (pip install 'gym-mapbench[rl]')") from None
     try:
         model = _load_to_predict(getattr(stable_baselines3, algorithm), path, data)
     except Exception as error:

@@ -10,7 +10,7 @@ from evolution.commands import options
 from evolution.commands.catalogue import KINDS
 from gym_mapbench.errors import unknown_name
 
-EXAMPLES = """  mapbench show robust                    the options of a search, complete
+EXAMPLES = """  mapbench show robust --kind presets     the options of a search, for evolve --config
   mapbench show thesis --kind params      Nav2's parameters, as in a nav2_params.yaml
   mapbench show nominal                   the values of a noise level"""
 

@@ -28,7 +28,7 @@ def ribs_archives() -> Any:
     try:
         return importlib.import_module("ribs.archives")
     except ImportError:
-        raise ConfigError("an atlas needs pyribs (pip install gym-mapbench[qd])") from None
+        raise ConfigError("an atlas needs pyribs (pip install 'gym-mapbench[qd]')") from None
 
 
 @dataclass(frozen=True)

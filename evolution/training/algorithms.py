@@ -70,7 +70,7 @@ def stable_baselines3() -> Any:
     try:
         return importlib.import_module("stable_baselines3")
     except ImportError:
-        raise ConfigError("training needs stable-baselines3 (pip install gym-mapbench[rl])") from None
+        raise ConfigError("training needs stable-baselines3 (pip install 'gym-mapbench[rl]')") from None
 
 
 class Blank(gymnasium.Env[Any, Any]):

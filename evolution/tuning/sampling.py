@@ -27,7 +27,7 @@ def optuna() -> Any:
     try:
         module = importlib.import_module("optuna")
     except ImportError:
-        raise ConfigError("tuning needs optuna (pip install gym-mapbench[tune])") from None
+        raise ConfigError("tuning needs optuna (pip install 'gym-mapbench[tune]')") from None
     module.logging.set_verbosity(module.logging.ERROR)
     return module
 

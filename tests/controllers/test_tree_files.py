@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from pathlib import Path
 
 import pytest
@@ -16,6 +17,8 @@ from controllers.nav2_params import (
 )
 from controllers.nav2_params.document import Document
 from controllers.tree_xml import NODES
+from evolution import configuration_of
+from evolution.benchmark.parameter_differences import parameter_rows
 from gym_mapbench.errors import ConfigError
 from gym_mapbench.world.robot import make_robot
 from tests.controllers.trees import FOLLOW, PLAN, xml_of
@@ -231,3 +234,13 @@ def test_the_example_names_its_tree():
     read = read_nav2_params(DOCUMENT.parents[2] / "examples" / "own_tree.yaml")
     assert "IsPathValid" in read.navigation.bt.xml
     assert any(line.startswith("behaviour tree: the file's own, of ") for line in summarise(read))
+
+
+def test_the_comparison_of_the_document_is_one_of_trees_alone():
+    (command,) = re.findall(
+        r"^mapbench bench .*own_tree(?:.*\\\n)*.*$", DOCUMENT.read_text(encoding="utf-8"), re.MULTILINE
+    )
+    (robot,) = re.findall(r"--robot (\w+)", command)
+    example = str(DOCUMENT.parents[2] / "examples" / "own_tree.yaml")
+    two = [configuration_of(name, params, ["rpp"], robot=robot) for name, params in (("a", "thesis"), ("b", example))]
+    assert [row["key"] for row in parameter_rows(two)] == ["bt_navigator.default_nav_to_pose_bt_xml"]

@@ -23,6 +23,7 @@ from evolution.commands.console import be_quiet, note, say
 from evolution.commands.driving_options import drive_settings, repeatable
 from evolution.driving import DriveSettings, kernel_files
 from evolution.files import readable
+from evolution.search import experiment_of, load_preset, preset_names, read_document
 from gym_mapbench.mapio import load_scenarios
 from gym_mapbench.world.noise import NOISES
 from gym_mapbench.world.robot import ROBOTS
@@ -72,6 +73,13 @@ def test_show_prints_the_whole_of_everything_with_that_name(capsys):
     assert yaml.safe_load(capsys.readouterr().out) == NOISES["nominal"].model_dump(mode="json")
     assert main(["show", "jackal"]) == 0
     assert yaml.safe_load(capsys.readouterr().out) == ROBOTS["jackal"].model_dump(mode="json")
+
+
+@pytest.mark.parametrize("preset", preset_names())
+def test_a_preset_of_a_search_that_is_shown_is_a_file_for_evolve(preset, capsys, tmp_path):
+    assert main(["show", preset, "--kind", "presets"]) == 0
+    (tmp_path / "shown.yaml").write_text(capsys.readouterr().out, encoding="utf-8")
+    assert experiment_of(read_document(tmp_path / "shown.yaml")) == experiment_of(load_preset(preset))
 
 
 @pytest.mark.parametrize(

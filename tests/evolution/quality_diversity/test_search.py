@@ -211,7 +211,7 @@ def test_other_options_do_not_continue_it(no_robot, tmp_path):
 def test_without_pyribs_one_line_says_what_to_install(monkeypatch, tmp_path, capsys):
     monkeypatch.setitem(sys.modules, "ribs.archives", None)
     assert main(["atlas", "--runs", "30", "--out", str(tmp_path / "a")]) == 2
-    assert "an atlas needs pyribs (pip install gym-mapbench[qd])" in capsys.readouterr().err
+    assert "an atlas needs pyribs (pip install 'gym-mapbench[qd]')" in capsys.readouterr().err
     assert not (tmp_path / "a").exists()
 
 

@@ -153,7 +153,7 @@ def test_without_the_extra_one_line_says_what_to_install(folder, tmp_path, capsy
 
     monkeypatch.setattr(sampling.importlib, "import_module", missing)
     assert main(arguments(folder, "--out", str(tmp_path / "out"))) == 2
-    assert "tuning needs optuna (pip install gym-mapbench[tune])" in capsys.readouterr().err
+    assert "tuning needs optuna (pip install 'gym-mapbench[tune]')" in capsys.readouterr().err
 
 
 def test_from_python(folder, tmp_path):
