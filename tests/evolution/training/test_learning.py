@@ -411,7 +411,7 @@ class TestRefused:
 
     def test_without_stable_baselines3(self, tmp_path, monkeypatch):
         monkeypatch.setitem(sys.modules, "stable_baselines3", None)
-        with pytest.raises(ConfigError, match=r"training needs stable-baselines3 \(pip install gym-mapbench\[rl\]\)"):
+        with pytest.raises(ConfigError, match=r"training needs stable-baselines3 \(pip install 'gym-mapbench\[rl\]'\)"):
             train("ppo", config=small(), out=tmp_path / "run")
         assert not (tmp_path / "run").exists()
 

@@ -265,5 +265,5 @@ def test_without_optuna_one_line_says_what_to_install(monkeypatch):
         raise ImportError(name)
 
     monkeypatch.setattr(sampling.importlib, "import_module", missing)
-    with pytest.raises(ConfigError, match=r"tuning needs optuna \(pip install gym-mapbench\[tune\]\)"):
+    with pytest.raises(ConfigError, match=r"tuning needs optuna \(pip install 'gym-mapbench\[tune\]'\)"):
         sampling.optuna()
