@@ -52,6 +52,17 @@ def whole_number(name: str, value: Any, least: int, most: float = math.inf) -> i
     return number
 
 
+def refuse_beside_resume(given: Mapping[str, object]) -> None:
+    """Refuse other arguments beside a directory that is continued: it has its own options.
+
+    Raises:
+        ConfigError: Naming the first argument that is not None.
+    """
+    name = next((name for name, value in given.items() if value is not None), None)
+    if name is not None:
+        raise ConfigError(f"resume: expected no other option, got {name}")
+
+
 def names_from(name: str, value: object) -> tuple[str, ...]:
     """Return one or several names as a tuple.
 

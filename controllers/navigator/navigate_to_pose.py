@@ -11,8 +11,6 @@ from dataclasses import dataclass, field
 from functools import cached_property, partial
 from typing import Any, NamedTuple
 
-import numpy as np
-
 from controllers.nav2_params.navigation import NavigationParams
 from controllers.navigator import error_codes
 from controllers.navigator.action_nodes import ActionNode, ServiceNode
@@ -118,7 +116,7 @@ class Blackboard:
     clock: Clock = field(default_factory=Clock)
     paths: dict[str, Any] = field(default_factory=dict)
     followed: str = PATH
-    plan_ends: set[tuple[float, ...]] = field(default_factory=set)
+    plan_ends: set[tuple[float, float]] = field(default_factory=set)
     goal_reached: bool = False
     failure: tuple[RunOutcome, str] = ("controller_failure", "")
     codes: dict[str, int] = field(default_factory=dict)
@@ -242,9 +240,9 @@ class FollowPath(ActionNode):
             board.log(*board.failure)
 
 
-def _ends_of(path: Any) -> list[tuple[float, ...]]:
+def _ends_of(path: Any) -> list[tuple[float, float]]:
     """Return the position at which a path ends; none if it has no pose."""
-    return [tuple(np.ravel(pose)[:2].tolist()) for pose in path[-1:]]
+    return [(float(x), float(y)) for x, y, _ in path[-1:]]
 
 
 class ClearCostmap(ServiceNode):

@@ -6,12 +6,11 @@ from collections.abc import Callable, Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
-from evolution.arguments import instance_of, path_from
+from evolution.arguments import instance_of, path_from, refuse_beside_resume
 from evolution.driving import DEFAULT_RESOURCES, DriveSettings, OnRun, ParameterFile, Resources, try_controllers
 from evolution.inputs import Maps, check_alone, levels_of, listed, tuning_of
 from evolution.training import Training, TrainingDir, TrainProgress, begin_training, learn, train_settings
 from evolution.tuning import OnTrial, TuneSettings, Tuning, optuna, run_tuning
-from gym_mapbench.errors import ConfigError
 
 
 def train(
@@ -49,8 +48,7 @@ def train(
     """
     given = {"algorithm": algorithm, "maps": maps, "curriculum": curriculum, "config": config, "out": out, **options}
     if resume is not None:
-        for name in (name for name, value in given.items() if value is not None):
-            raise ConfigError(f"resume: expected no other option, got {name}")
+        refuse_beside_resume(given)
         return learn(TrainingDir.open(path_from("resume", resume)), on_progress)
     settings = train_settings(algorithm, config, **options)
     path = path_from("out", out or Path("runs") / f"{settings.algorithm}-seed{settings.seed}")

@@ -8,7 +8,7 @@ from pathlib import Path
 from typing import Any
 
 from controllers.nav2_params.presets import overlay
-from evolution.arguments import instance_of, names_from, path_from, whole_number
+from evolution.arguments import instance_of, names_from, path_from, refuse_beside_resume, whole_number
 from evolution.driving import DEFAULT_RESOURCES, Evaluator, OnRun, Resources, preparation_of, run_job
 from evolution.pictures import write_run_figures
 from evolution.quality_diversity import Atlas, AtlasSettings, ribs_archives, run_atlas
@@ -37,7 +37,6 @@ from evolution.studies import (
     run_sweep,
     study_in,
 )
-from gym_mapbench.errors import ConfigError
 
 DEFAULT_ATLAS = AtlasSettings()
 LOG = logging.getLogger(__name__)
@@ -76,14 +75,10 @@ def evolve(
         RunError: If no worker starts, nothing can be written, or a run cannot be continued.
     """
     resources, search = instance_of(Resources, "resources", resources).taking(options)
-    given = {"experiment": experiment, "out": out, **search}
     if resume is not None:
-        for name in (name for name, value in given.items() if value is not None):
-            raise ConfigError(f"resume: expected no other option, got {name}")
+        refuse_beside_resume({"experiment": experiment, "out": out, **search})
     begun = None if resume is None else RunDir.open(path_from("resume", resume))
-    wanted = (
-        _wanted(DEFAULT_PRESET if experiment is None else experiment, search) if begun is None else experiment_in(begun)
-    )
+    wanted = _wanted(experiment, search) if begun is None else experiment_in(begun)
     LOG.info("seed %d; controllers: %s", wanted.search.seed, ", ".join(wanted.plan.names))
     with resources.evaluator(run_job, warm_up=preparation_of([wanted.plan]), on_run=on_run) as evaluator:
         rundir = begun or _begin(wanted, out, evaluator)
@@ -185,8 +180,10 @@ def compose(preset: str | None = None, config: Mapping[str, Any] | None = None, 
     return overlay(overlay(base, nested_document(config)), {"search": nested(search)})
 
 
-def _wanted(experiment: str | Path | Mapping[str, Any] | Experiment, search: dict[str, Any]) -> Experiment:
-    """Build an experiment."""
+def _wanted(experiment: str | Path | Mapping[str, Any] | Experiment | None, search: dict[str, Any]) -> Experiment:
+    """Build an experiment; the default preset's if None."""
+    if experiment is None:
+        return experiment_of(compose(DEFAULT_PRESET, **search))
     if isinstance(experiment, Experiment):
         return experiment_of(overlay(experiment.document(), {"search": nested(search)})) if search else experiment
     if isinstance(experiment, Mapping):

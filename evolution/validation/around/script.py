@@ -11,6 +11,7 @@ from controllers.navigator.latency import Latency
 from controllers.navigator.rate import NEVER, TIME_RESOLUTION
 from controllers.releases import Release
 from evolution.validation.around.recordings import Record
+from gym_mapbench.world.scenario import Pose
 
 Log = Callable[[float, str, str], None]
 Attempt = tuple[float, int, int]
@@ -139,7 +140,7 @@ class ScriptedExecutor:
         if self._code != SUCCEEDED:
             return Outcome(Result.ABORTED, self._error)
         self._paths += 1
-        return Outcome(Result.SUCCEEDED, value=(self._paths,))
+        return Outcome(Result.SUCCEEDED, value=(Pose(float(self._paths), 0.0),))
 
 
 class LoggedServer(ActionServer):

@@ -194,9 +194,9 @@ class TreeReplay:
         self.events.append((microseconds(now), kind, text))
 
 
-def describe_path(path: tuple[int, ...]) -> str:
-    """Return the number of a path."""
-    return f"path {path[0]}" if path else "path empty"
+def describe_path(path: tuple[Pose, ...]) -> str:
+    """Return the number of a path, the x of its only pose."""
+    return f"path {path[0].x:g}" if path else "path empty"
 
 
 def costmaps_of(scenario: Record) -> dict[str, ReplayedCostmap]:
