@@ -23,7 +23,9 @@ Floats = NDArray[np.float64]
 Phase = Annotated[float, Field(ge=0, lt=1)]
 WalkingSpeed = Annotated[float, Field(gt=0, le=3)]
 Coordinate = Annotated[float, Field(ge=-1e8, le=1e8)]
+"""A coordinate in the frame of the map, m."""
 Waypoints = Annotated[tuple[tuple[Coordinate, Coordinate], ...], Field(min_length=2, max_length=1000)]
+"""Corners of a walk: x and y, m."""
 
 HARMONICS = 3
 """Number of sine terms for each axis of a wander."""
