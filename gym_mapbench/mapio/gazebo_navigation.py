@@ -80,6 +80,11 @@ class BundledNavigation:
         return "collision_monitor" in self.params
 
     @property
+    def reports_codes(self) -> bool:
+        """Whether the trees report an error code for each failure of planner and controller, as the default ones do."""
+        return self.release != "humble" and not self.tree.get("xml")
+
+    @property
     def packages(self) -> tuple[str, ...]:
         """Packages of the compared controllers that are installed besides ``navigation2``."""
         written = json.dumps(self.params["controller_server"])

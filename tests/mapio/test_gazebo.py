@@ -440,3 +440,10 @@ def test_a_users_tree_is_exported_with_the_plugins_of_the_package():
     ids = {"controller_id": "dwb", "goal_checker_id": "goal_checker"}
     assert root.find(".//FollowPath").attrib == {"path": "{path}", **ids}
     assert root.find(".//Sequence").attrib == {}
+
+
+@pytest.mark.parametrize(
+    ("release", "xml", "expected"), [("humble", "", False), ("jazzy", "", True), ("jazzy", "<root/>", False)]
+)
+def test_only_the_default_trees_of_releases_with_error_codes_report_all_of_them(release, xml, expected):
+    assert navigation(release=release, tree={**TREE, "xml": xml}).reports_codes is expected
