@@ -62,8 +62,8 @@ def export_gazebo(
 
     Raises:
         ConfigError: If the folder holds something, a name cannot be a file name or is taken, or the walls do not
-            reach the lidar, or a body moves in another way than ``scripted``, walks through walls, or leaves the robot
-            no room at start or goal.
+            reach the lidar, or a body moves in another way than ``scripted`` or ``wander``, walks through walls, or
+            leaves the robot no room at start or goal.
     """
     scenarios, out_dir = list(scenarios), Path(out_dir)
     model = RobotModel.of(robot, lidar or LidarSettings())

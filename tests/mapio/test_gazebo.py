@@ -158,9 +158,8 @@ def test_no_two_trees_have_the_same_id(exported):
     assert names == [root.get("main_tree_to_execute") for root in roots] == ["MapBench_dwb", "MapBench_mppi"]
 
 
-SUBTREES = (
-    '<root main_tree_to_execute="A"><BehaviorTree ID="A"><SubTree ID="go"/></BehaviorTree><BehaviorTree ID="go"/></root>'
-)
+MAIN, SUB = '<BehaviorTree ID="A"><SubTree ID="go"/></BehaviorTree>', '<BehaviorTree ID="go"/>'
+SUBTREES = f'<root main_tree_to_execute="A">{MAIN}{SUB}</root>'
 
 
 @pytest.mark.parametrize(
