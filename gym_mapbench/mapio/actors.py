@@ -59,7 +59,12 @@ class Actor(NamedTuple):
 
 def actors_of(scenario: Scenario) -> tuple[Actor, ...]:
     """Return the people of a scenario, whose motions are among :data:`ROUNDS`."""
-    return tuple(Actor(f"person_{number}", round_of(body)) for number, body in enumerate(scenario.bodies))
+    return tuple(map(Actor, names_of_actors(scenario), map(round_of, scenario.bodies)))
+
+
+def names_of_actors(scenario: Scenario) -> tuple[str, ...]:
+    """Return the names of the people of a scenario, which its own model cannot have."""
+    return tuple(f"person_{number}" for number in range(len(scenario.bodies)))
 
 
 def check_actors(scenarios: Iterable[Scenario], robot: RobotSpec) -> None:

@@ -12,7 +12,7 @@ from pathlib import Path
 import numpy as np
 
 from gym_mapbench.errors import ConfigError
-from gym_mapbench.mapio.actors import actors_of, check_actors
+from gym_mapbench.mapio.actors import actors_of, check_actors, names_of_actors
 from gym_mapbench.mapio.gazebo_navigation import BundledNavigation
 from gym_mapbench.mapio.gazebo_package import RosPackage
 from gym_mapbench.mapio.gazebo_robot import RobotModel
@@ -69,7 +69,8 @@ def export_gazebo(
     model = RobotModel.of(robot, lidar or LidarSettings())
     check_actors(scenarios, robot)
     people = (f"{scenario.name}_people" for scenario in scenarios if scenario.bodies)
-    check_names("map", [scenario.name for scenario in scenarios], reserved=(*TAKEN, *people))
+    actors = (scenario.name for scenario in scenarios if scenario.name in names_of_actors(scenario))
+    check_names("map", [scenario.name for scenario in scenarios], reserved=(*TAKEN, *people, *actors))
     if wall_height <= model.lidar_z:
         raise ConfigError(f"wall height: expected more than the lidar's {model.lidar_z:g} m, got {wall_height:g}")
     package = RosPackage(out_dir.resolve().name, scenarios, navigation, model, time_limit, wall_height)

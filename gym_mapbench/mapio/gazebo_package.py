@@ -114,5 +114,6 @@ class RosPackage:
             outline=self.model.describe(),
             people=any(scenario.bodies for scenario in self.scenarios),
             wall_height=self.wall_height,
+            time_limit=self.time_limit,
             **values,
         )

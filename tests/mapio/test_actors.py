@@ -161,6 +161,13 @@ def test_a_map_does_not_have_the_name_of_a_file_of_people(tmp_path):
         export_gazebo(rooms, tmp_path / "out", **OPTIONS)
 
 
+def test_a_map_does_not_have_the_name_of_a_person_in_its_world(tmp_path):
+    alone, among = (replace(open_room(), name="person_0", bodies=bodies) for bodies in ((), (walker(),)))
+    export_gazebo([alone], tmp_path / "alone", **OPTIONS)
+    with pytest.raises(ConfigError, match="map 'person_0': expected another name"):
+        export_gazebo([among], tmp_path / "among", **OPTIONS)
+
+
 @pytest.mark.parametrize(
     ("path", "problem"),
     [
