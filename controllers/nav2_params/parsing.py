@@ -72,8 +72,9 @@ class Nav2Params:
         foreign: Controllers of the file that are not built here -> why they cannot drive.
         asked_for: The controller of the file that Nav2's default tree asks for; empty if it has none.
         document: The file itself, which knows its lines.
-        ros_only: Numbers and switches that mean nothing without ROS, such as ``map_topic``; nested, by node,
-            in the groups in which :func:`~controllers.nav2_params.writing.write_nav2_params` writes them back.
+        ros_only: Numbers and switches that mean nothing without ROS, such as ``odom_duration``, and the libraries that
+            Humble loads for the file's own tree; nested, by node, in the groups in which
+            :func:`~controllers.nav2_params.writing.write_nav2_params` writes them back.
     """
 
     navigation: NavigationParams

@@ -10,6 +10,7 @@ from os.path import isfile
 from pathlib import Path
 
 from controllers.nav2_params.document import PARAMETERS
+from controllers.nav2_params.migration_rules import TREE_PLUGINS
 from controllers.releases import Release
 from controllers.tree_xml import TreeError, TreeNode, TreeText, plugin_names, read_text, read_tree
 from gym_mapbench.errors import ConfigError
@@ -25,6 +26,8 @@ DEFAULT_TREES = tuple(
     f"nav2_bt_navigator{end}/behavior_trees/navigate_to_pose_w_replanning_and_recovery.xml" for end in (")", "")
 )
 """Ends of the path of Nav2's default tree, with ``$(find-pkg-share ..)`` and in full."""
+OF_LIBRARIES = "nav2_"
+"""Beginning of the names of the libraries with Nav2's nodes."""
 PACKAGE = re.compile(r"\$\(find-pkg-share\s+\S+\)/")
 """Beginning of a path in a package."""
 PARENTS = 3
@@ -65,7 +68,19 @@ def take_tree(navigator: Section | None, folder: Path) -> TreeFile:
     except ConfigError as error:
         findings.add("left_out", name, f"{error}; Nav2's default tree drives here")
         return TreeFile(is_default=False)
+    _keep_libraries(navigator)
     return TreeFile(is_default=False, xml=text, tree=tree)
+
+
+def _keep_libraries(navigator: Section) -> None:
+    """Keep the libraries of Nav2's nodes, without which Humble may not load a file's own tree that is written.
+
+    Later releases load all of them. A tree that drives here has no nodes of other libraries.
+    """
+    listed = navigator.values.get(TREE_PLUGINS)
+    if navigator.findings.release == "humble" and isinstance(listed, list):
+        libraries = [name for name in listed if isinstance(name, str) and name.startswith(OF_LIBRARIES)]
+        navigator.findings.kept |= {f"{navigator.written}.{TREE_PLUGINS}": libraries} if libraries else {}
 
 
 def load_tree(file: Path, release: Release) -> tuple[str, TreeNode]:

@@ -105,21 +105,21 @@ def check_maps(ours: LoadedRun | Benchmark, results: Iterable[RunnerResult]) -> 
 
 
 def check_one_setup(results: Iterable[RunnerResult]) -> None:
-    """Refuse results that are not one sample: of several simulators or parameters of Nav2, or with copies of runs.
+    """Refuse results that are not one sample: of several simulators, time limits or parameters, or with a run twice.
 
     Raises:
         MapFormatError: Naming what differs, or the run that is there twice.
     """
-    results = list(results)
-    copied = [one for one, count in Counter(results).items() if count > 1 and one.outcome != "error"]
-    if copied:
-        name, controller, repeat = copied[0][:3]
-        raise MapFormatError(
-            f"results: expected each run once, got two equal lines of {name}/{controller}, repeat {repeat}"
-        )
+    results = [one for one in results if one.outcome != "error"]
+    for (name, controller, repeat), count in Counter(one[:3] for one in results).items():
+        if count > 1:
+            raise MapFormatError(
+                f"results: expected one line for each run, got {count} of {name}/{controller}, repeat {repeat}"
+            )
     for what, found in (
         ("simulator", {result.simulator for result in results}),
         ("set of parameters and behaviour trees", {result.params for result in results}),
+        ("time limit", {result.time_limit for result in results}),
     ):
         if len(found) > 1:
             named = ", ".join(one or "none written" for one in sorted(found))

@@ -51,14 +51,15 @@ def run(args: argparse.Namespace) -> int:
     check_maps(ours, results)
     check_one_setup(results)
     comparison = compare(our_times(ours), times_of_results(results))
-    touched = sum(bool(result.contacts) for result in results)
+    runs = [result for result in results if result.outcome != "error"]
+    touched = sum(bool(one.contacts) for one in runs)
     if args.format == "json":
         print_json({**_document(comparison), "touched": touched})
         return 0
     _print(comparison)
     if touched:
         console.print(
-            f"{touched} of their {counted(len(results), 'run')} touched something; here contact ends a run with "
+            f"{touched} of their {counted(len(runs), 'run')} touched something; here contact ends a run with "
             "--contact ends"
         )
     return 0

@@ -12,7 +12,7 @@ from pathlib import Path
 import numpy as np
 
 from gym_mapbench.errors import ConfigError
-from gym_mapbench.mapio.actors import actors_of, check_actors
+from gym_mapbench.mapio.actors import actors_of, check_actors, names_of_actors
 from gym_mapbench.mapio.gazebo_navigation import BundledNavigation
 from gym_mapbench.mapio.gazebo_package import RosPackage
 from gym_mapbench.mapio.gazebo_robot import RobotModel
@@ -62,14 +62,15 @@ def export_gazebo(
 
     Raises:
         ConfigError: If the folder holds something, a name cannot be a file name or is taken, or the walls do not
-            reach the lidar, or a body moves in another way than ``scripted``, walks through walls, or leaves the robot
-            no room at start or goal.
+            reach the lidar, or a body moves in another way than ``scripted`` or ``wander``, walks through walls, or
+            leaves the robot no room at start or goal.
     """
     scenarios, out_dir = list(scenarios), Path(out_dir)
     model = RobotModel.of(robot, lidar or LidarSettings())
     check_actors(scenarios, robot)
     people = (f"{scenario.name}_people" for scenario in scenarios if scenario.bodies)
-    check_names("map", [scenario.name for scenario in scenarios], reserved=(*TAKEN, *people))
+    actors = (scenario.name for scenario in scenarios if scenario.name in names_of_actors(scenario))
+    check_names("map", [scenario.name for scenario in scenarios], reserved=(*TAKEN, *people, *actors))
     if wall_height <= model.lidar_z:
         raise ConfigError(f"wall height: expected more than the lidar's {model.lidar_z:g} m, got {wall_height:g}")
     package = RosPackage(out_dir.resolve().name, scenarios, navigation, model, time_limit, wall_height)

@@ -10,7 +10,7 @@ from typing import Any
 import yaml
 
 from gym_mapbench.errors import ConfigError
-from gym_mapbench.mapio.gazebo_trees import tree_with_plugins
+from gym_mapbench.mapio.gazebo_trees import tree_ids, tree_with_plugins
 from gym_mapbench.mapio.output import Files, check_names
 from gym_mapbench.mapio.rendering import render
 from gym_mapbench.releases import Release
@@ -80,6 +80,11 @@ class BundledNavigation:
         return "collision_monitor" in self.params
 
     @property
+    def reports_codes(self) -> bool:
+        """Whether the trees report an error code for each failure of planner and controller, as the default ones do."""
+        return self.release != "humble" and not self.tree.get("xml")
+
+    @property
     def packages(self) -> tuple[str, ...]:
         """Packages of the compared controllers that are installed besides ``navigation2``."""
         written = json.dumps(self.params["controller_server"])
@@ -100,14 +105,14 @@ class BundledNavigation:
             package: Name of the package. Nav2 finds the tree by it where a launch file substitutes ``find-pkg-share``,
                 as those of ``nav2_bringup`` do; the package's own launch file gives the tree itself.
         """
-        trees: Files = {f"behavior_trees/{name}.xml": self._tree(name) for name in self.controllers}
+        ids = tree_ids(self.controllers, self.tree.get("xml", ""))
+        trees: Files = {f"behavior_trees/{name}.xml": self._tree(name, tree_id) for name, tree_id in ids.items()}
         named = f"$(find-pkg-share {package})/{next(iter(trees))}"
         params = {**self.params, NAVIGATOR: _with(self.params.get(NAVIGATOR, {}), dict.fromkeys(TREES, named))}
         return trees | self.masks | {"nav2_params.yaml": self._comment() + _yaml(params)}
 
-    def _tree(self, controller: str) -> str:
+    def _tree(self, controller: str, tree_id: str) -> str:
         """A user's tree, or the release's default tree, with one controller and the behaviours that have a server."""
-        tree_id = f"MapBench_{controller.replace('.', '_')}"
         if self.tree.get("xml"):
             return tree_with_plugins(self.tree["xml"], tree_id, self._ids(controller))
         return render(

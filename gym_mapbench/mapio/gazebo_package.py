@@ -22,6 +22,8 @@ SIMULATORS: dict[Release, tuple[str, ...]] = {"humble": ("classic", "gz"), "jazz
 PREFIX = "mapbench_"
 RUNNER = "run_benchmark.py"
 """The program of an exported package that runs its maps in Gazebo; no other directory has it."""
+SILENCE, LOST_SCANS = 2.0, 5
+"""Simulated seconds and number of lidar periods without a message after which the runner takes a topic for silent."""
 TASKS = "gazebo_tasks.json"
 """Maps, tasks and controllers of a package; ``benchmark.json`` in packages of earlier versions."""
 
@@ -73,7 +75,13 @@ class RosPackage:
             "launch/benchmark.launch.py": render(
                 "benchmark.launch.py.j2", smooths_paths=self.navigation.smooths_paths, **values
             ),
-            RUNNER: render("run_benchmark.py.j2", columns=list(COLUMNS), **values),
+            RUNNER: render(
+                "run_benchmark.py.j2",
+                columns=list(COLUMNS),
+                reports_codes=self.navigation.reports_codes,
+                silence=max(SILENCE, LOST_SCANS / self.model.scan_rate),
+                **values,
+            ),
             "README.md": self._readme(values),
         }
 
@@ -106,5 +114,6 @@ class RosPackage:
             outline=self.model.describe(),
             people=any(scenario.bodies for scenario in self.scenarios),
             wall_height=self.wall_height,
+            time_limit=self.time_limit,
             **values,
         )

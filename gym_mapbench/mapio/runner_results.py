@@ -10,7 +10,7 @@ from typing import NamedTuple
 from gym_mapbench.errors import MapFormatError
 from gym_mapbench.mapio.source import as_number, read_text, short
 
-ADDED_LATER = ("contacts", "digest", "simulator", "params")
+ADDED_LATER = ("contacts", "digest", "simulator", "params", "time_limit_s")
 """Columns that the runners of older packages did not write."""
 COLUMNS = ("map", "controller", "repeat", "outcome", "time_s", "path_length_m", *ADDED_LATER)
 RUNNER_OUTCOMES = ("goal", "aborted", "timeout", "error")
@@ -18,11 +18,14 @@ MAX_RESULTS_BYTES = 50_000_000
 
 
 class RunnerResult(NamedTuple):
-    """One run as the runner measured it: simulated seconds, path length in m; ``aborted`` means that Nav2 gave up.
+    """One run as the runner measured it: simulated seconds, path length in m.
+
+    ``aborted`` means that Nav2 gave up; ``error`` means that the run was not driven, or ended by a fault of the setup.
 
     ``contacts`` is how often the robot touched something; None where it was not counted. ``digest`` is that of the map
-    with start and goal, ``params`` that of Nav2's parameters and behaviour trees. ``digest``, ``simulator`` and
-    ``params`` are empty where they were not written.
+    with start and goal, ``params`` that of Nav2's parameters and behaviour trees, ``time_limit`` the time limit of the
+    run in s, as it was written. ``digest``, ``simulator``, ``params`` and ``time_limit`` are empty where they were not
+    written.
     """
 
     map: str
@@ -35,6 +38,7 @@ class RunnerResult(NamedTuple):
     digest: str = ""
     simulator: str = ""
     params: str = ""
+    time_limit: str = ""
 
     @property
     def success(self) -> bool:
@@ -83,7 +87,7 @@ def _parse(columns: list[str], cells: list[str], where: str) -> RunnerResult:
     repeat = _count(f"{where}: repeat", row["repeat"])
     time, length = (_measure(f"{where}: {name}", row[name]) for name in ("time_s", "path_length_m"))
     contacts = _count(f"{where}: contacts", row["contacts"]) if "contacts" in row else None
-    said = (row.get(name, "") for name in ("digest", "simulator", "params"))
+    said = (row.get(name, "") for name in ADDED_LATER[1:])
     return RunnerResult(row["map"], row["controller"], repeat, row["outcome"], time, length, contacts, *said)
 
 

@@ -64,12 +64,13 @@ class Findings:
         release: The distribution as which the file is read.
         found: The findings, in the order of the file.
         kept: Numbers and switches that mean nothing without ROS, by the full name under which a file that is written
-            gets them. Names (of topics, frames, files) belong to the user's own robot and are not kept.
+            gets them. Names (of topics, frames, files) belong to the user's own robot and are not kept, but those of
+            the libraries of Nav2's tree nodes are.
     """
 
     release: Release = "humble"
     found: list[Finding] = field(default_factory=list)
-    kept: dict[str, float | bool] = field(default_factory=dict)
+    kept: dict[str, float | bool | list[str]] = field(default_factory=dict)
 
     def add(self, kind: Kind, name: str, why: str = "") -> None:
         """Add a finding."""

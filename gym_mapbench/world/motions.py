@@ -15,10 +15,9 @@ from numpy.typing import NDArray
 from pydantic import Field, JsonValue, model_validator
 
 from gym_mapbench.errors import ConfigError
-from gym_mapbench.quantities import NonNegative
 from gym_mapbench.registry import Registry, must_be_callable
 from gym_mapbench.settings import Settings
-from gym_mapbench.world.pedestrians import Course, Scripted, SocialForce, Wander
+from gym_mapbench.world.pedestrians import Coordinate, Course, Scripted, SocialForce, Wander
 
 Floats = NDArray[np.float64]
 
@@ -37,12 +36,12 @@ class Line(Settings):
     Args:
         start: ``(x, y)`` at time 0, m.
         end: ``(x, y)`` where the body turns round, m; the body stands still if this is ``start``.
-        speed: Speed, m/s.
+        speed: Speed, m/s; the fastest body moves by 0.05 m in a physics step of 0.01 s.
     """
 
-    start: tuple[float, float]
-    end: tuple[float, float]
-    speed: NonNegative
+    start: tuple[Coordinate, Coordinate]
+    end: tuple[Coordinate, Coordinate]
+    speed: Annotated[float, Field(ge=0, le=5)]
 
     def at(self, times: Floats) -> Floats:
         """As :meth:`Motion.at`."""

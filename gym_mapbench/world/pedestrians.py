@@ -127,6 +127,16 @@ class Wander(Settings):
         return places, slopes
 
     @property
+    def period(self) -> float:
+        """Time of one round, s."""
+        return 2 * math.pi / self._rate
+
+    @property
+    def longest_way(self) -> float:
+        """Upper bound of the curve's length, m: as if the body always moved at its fastest."""
+        return 2 * math.pi * HARMONICS * self.reach
+
+    @property
     def _rate(self) -> float:
         """Angle per second, rad/s: the mean square of the curve's slope makes it the speed that was asked for."""
         amplitudes, _ = _terms_of(self.reach, self.seed)

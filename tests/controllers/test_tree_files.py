@@ -58,6 +58,16 @@ def test_an_absolute_path_of_a_tree_is_taken(tmp_path):
     assert with_tree(tmp_path, tree, "far.xml", str(tmp_path / "far.xml")).navigation.bt.xml == tree
 
 
+def test_the_libraries_that_humble_loads_for_an_own_tree_are_kept(tmp_path):
+    tree, libraries = xml_of(f"<Sequence>{PLAN}{FOLLOW}</Sequence>"), ["nav2_spin_action_bt_node", "of_my_robot", 7]
+    navigator = node(default_nav_to_pose_bt_xml=OWN_TREE, plugin_lib_names=libraries)
+    read = with_tree(tmp_path, tree, bt_navigator=navigator)
+    assert read.ros_only == {"bt_navigator": {"plugin_lib_names": ["nav2_spin_action_bt_node"]}}
+    assert "bt_navigator.plugin_lib_names" in read.named("ros_only")
+    default = parse_nav2_params({"bt_navigator": node(plugin_lib_names=libraries)}, release="humble")
+    assert default.ros_only == {}  # Humble's own list has all that its default tree needs
+
+
 INCLUDED = f'<root><BehaviorTree ID="Drive"><Sequence>{PLAN}{FOLLOW}</Sequence></BehaviorTree></root>'
 
 

@@ -7,7 +7,7 @@ import math
 import sys
 from types import ModuleType, SimpleNamespace
 
-SUCCEEDED, ABORTED = 4, 6
+SUCCEEDED, CANCELED, ABORTED = 4, 5, 6
 
 
 class Shutdown(Exception):
@@ -23,7 +23,10 @@ class World:
         self.goals = []
         self.cleared = []
         self.cancelled = 0
-        self.listeners = {"odom": [], "contacts": []}
+        self.listeners = {}
+        self.silent = {}  # simulated time from which on a topic is silent, by topic
+        self.codes = {}  # error code of the result by controller, as releases with codes have it
+        self.unplanned = set()  # controllers that get no path
         self.launched = []
         self.launch = ["sleep", "60"]  # what stands for the launch file
         self.stuck = set()  # numbers of the teleports after which the robot stays where it is
@@ -32,7 +35,8 @@ class World:
         self.at_rest = -math.inf  # the time from which on it rests
         self.touches = []  # simulated times at which the chassis touches a wall, counted from each goal
         self.goal_time = math.inf
-        self.ready = True
+        self.ready = self.accepts = True
+        self.inactive_from = math.inf  # the time from which on Nav2 is not active
         self.interrupt_after, self.interrupt = math.inf, KeyboardInterrupt
         self.ending = {"dwb": (SUCCEEDED, 12.0), "mppi": (ABORTED, 20.0)}
 
@@ -44,14 +48,26 @@ class World:
             pose=SimpleNamespace(pose=SimpleNamespace(position=SimpleNamespace(x=self.pose[0], y=self.pose[1]))),
             twist=SimpleNamespace(twist=empty_twist(speed)),
         )
-        for listener in self.listeners["odom"]:
-            listener(message)
+        self.tell("odom", message)
+        for topic in ("scan", "tf"):
+            self.tell(topic, None)
         since = self.time - self.goal_time
         touching = [wall for wall in self.touches if abs(since - wall) < 0.03]
-        for listener in self.listeners["contacts"]:
-            listener(SimpleNamespace(states=touching, contacts=touching))
+        self.tell("contacts", SimpleNamespace(states=touching, contacts=touching))
         if len(self.goals) >= self.interrupt_after:
             raise self.interrupt
+
+    def tell(self, topic, message):
+        """Send a message to those who listen to a topic."""
+        if self.time < self.silent.get(topic, math.inf):
+            for listener in self.listeners.get(topic, ()):
+                listener(message)
+
+    def follow(self):
+        """Give the controller server a path."""
+        goal_ids = [SimpleNamespace(uuid=bytes([number])) for number, _ in enumerate(self.goals)]
+        statuses = [SimpleNamespace(goal_info=SimpleNamespace(goal_id=goal_id)) for goal_id in goal_ids]
+        self.tell("follow_path/_action/status", SimpleNamespace(status_list=statuses))
 
 
 def empty_twist(speed=0.0):
@@ -95,20 +111,23 @@ class Client:
                 self.world.pose = (request.state.pose.position.x, request.state.pose.position.y)
             else:
                 self.world.pose = (-9.0, -9.0)
-        return Future(SimpleNamespace(success=self.world.ready))
+        return Future(SimpleNamespace(success=self.world.ready and self.world.time < self.world.inactive_from))
 
 
 class Handle:
-    accepted = True
-
     def __init__(self, world, goal):
-        self.world = world
-        self.status, self.duration = world.ending[goal.behavior_tree.rsplit("/", 1)[-1].removesuffix(".xml")]
+        self.world, self.accepted = world, world.accepts
+        controller = goal.behavior_tree.rsplit("/", 1)[-1].removesuffix(".xml")
+        self.status, self.duration = world.ending[controller]
+        code = world.codes.get(controller)
+        self.result = SimpleNamespace() if code is None else SimpleNamespace(error_code=code)
         self.begin = world.time
+        if controller not in world.unplanned:
+            world.follow()
 
     def get_result_async(self):
         done = lambda: self.world.time - self.begin >= self.duration  # noqa: E731
-        return Future(SimpleNamespace(status=self.status), done)
+        return Future(SimpleNamespace(status=self.status, result=self.result), done)
 
     def cancel_goal_async(self):
         self.world.cancelled += 1
@@ -124,6 +143,21 @@ class Action:
         self.world.goals.append(goal)
         self.world.goal_time = self.world.time
         return Future(Handle(self.world, goal))
+
+
+CODES = {
+    "NavigateToPose": {"FAILED_TO_LOAD_BEHAVIOR_TREE": 9001, "TF_ERROR": 9002},
+    "FollowPath": {"UNKNOWN": 100, "INVALID_CONTROLLER": 101, "TF_ERROR": 102, "NO_VALID_CONTROL": 106},
+    "ComputePathToPose": {"INVALID_PLANNER": 201, "TF_ERROR": 202, "START_OUTSIDE_MAP": 203, "NO_VALID_PATH": 208},
+}
+"""Some error codes of Nav2's actions since Jazzy; Humble has none."""
+
+
+def actions(release):
+    """Return Nav2's actions as the runner uses them."""
+    names = (*CODES, "BackUp", "DriveOnHeading", "SmoothPath", "Spin", "Wait")
+    codes = {name: {} if release == "humble" else CODES.get(name, {}) for name in names}
+    return {name: SimpleNamespace(Goal=goal_message, Result=SimpleNamespace(**codes[name])) for name in names}
 
 
 def goal_message():
@@ -143,14 +177,14 @@ def fake_node(world):
             return SimpleNamespace(publish=lambda message: None)
 
         def create_subscription(self, kind, topic, callback, depth):
-            world.listeners[topic].append(callback)
+            world.listeners.setdefault(topic, []).append(callback)
 
         def get_clock(self):
             now = SimpleNamespace(nanoseconds=int(world.time * 1e9), to_msg=lambda: None)
             return SimpleNamespace(now=lambda: now)
 
         def destroy_node(self):
-            world.listeners = {"odom": [], "contacts": []}
+            world.listeners = {}
 
     return Node
 

@@ -78,6 +78,27 @@ def test_the_spline_of_gz_sim_through_the_waypoints_is_the_walk(phase, loop, spe
     assert away.max() <= SPACING / 3
 
 
+@given(
+    reach=st.floats(0.01, 3.0),
+    speed=st.floats(0.05, 3.0),
+    phase=st.floats(0.0, 0.999),
+    seed=st.integers(0, 1000),
+)
+def test_the_spline_of_gz_sim_through_the_waypoints_is_the_wander(reach, speed, phase, seed):
+    person = body("wander", centre=[2.0, 1.0], reach=reach, speed=speed, phase=phase, seed=seed)
+    points, walk = np.array(round_of(person)), person.motion.motion
+    assert points[-1, 0] == pytest.approx(walk.period, abs=6e-4)
+    assert (np.diff(points[:, 0]) > 0).all()
+    assert np.hypot(*np.diff(points[:, 1:3], axis=0).T).max() <= SPACING + 6e-4 * 3 * speed
+    times = np.linspace(0.0, points[-1, 0], 5000, endpoint=False)
+    away = np.hypot(*(catmull_rom(points, times) - walk.at(times)[:, :2]).T)
+    assert away.max() <= 0.01
+
+
+def test_a_wander_within_a_millimetre_stands():
+    assert len(round_of(body("wander", centre=[2.0, 1.0], reach=1e-6, speed=3.0))) == 2
+
+
 @pytest.mark.parametrize("end", [[1.0, 1.0], [1.001, 1.0]])
 def test_a_person_who_stands_is_an_actor_who_stands(end):
     points = round_of(body("scripted", waypoints=[[1.0, 1.0], end], speed=0.5))
@@ -110,21 +131,25 @@ def test_the_world_of_gz_sim_holds_one_actor_for_each_person_and_that_of_classic
 @pytest.mark.parametrize(
     "person",
     [
-        body("wander", centre=[3.0, 3.0], reach=0.5, speed=0.4),
-        body("social_force", waypoints=[[0.5, 1.0], [0.5, 3.0]], speed=0.4),
+        body("line", start=[0.5, 1.0], end=[0.5, 3.0], speed=0.4),
+        *(
+            body("social_force", waypoints=[[0.5, 1.0], [0.5, 3.0]], speed=0.4, sees_robot=sees)
+            for sees in (True, False)
+        ),
     ],
 )
-def test_only_a_scripted_person_can_be_exported(tmp_path, person):
+def test_only_a_person_whose_walk_repeats_can_be_exported(tmp_path, person):
     scenario = replace(thesis_scenario(5, "map_0"), bodies=(walker(), person))
-    name = person.motion.name
-    with pytest.raises(ConfigError, match=rf"'map_0': body 1: expected the motion 'scripted', got '{name}'"):
+    words = rf"'map_0': body 1: expected the motion 'scripted' or 'wander', .* got '{person.motion.name}'"
+    with pytest.raises(ConfigError, match=words):
         export_gazebo([scenario], tmp_path / "out", **OPTIONS)
     assert not list(tmp_path.iterdir())
 
 
 def test_a_package_is_read_back_with_its_people(tmp_path):
     aside = body("scripted", waypoints=[[1.5, 0.4], [2.2, 0.4]], speed=1 / 3)
-    rooms = [replace(open_room(), bodies=(walker(), aside)), replace(open_room(), name="empty")]
+    wanders = body("wander", centre=[1.9, 2.0], reach=0.5, speed=0.4, seed=3)
+    rooms = [replace(open_room(), bodies=(walker(), aside, wanders)), replace(open_room(), name="empty")]
     export_gazebo(rooms, tmp_path, **OPTIONS)
     assert {one.name: one.digest for one in load_scenarios(tmp_path)} == {one.name: one.digest for one in rooms}
     assert "| `maps/NAME_people.yaml` |" in (tmp_path / "README.md").read_text()
@@ -134,6 +159,13 @@ def test_a_map_does_not_have_the_name_of_a_file_of_people(tmp_path):
     rooms = [replace(open_room(), bodies=(walker(),)), replace(open_room(), name="room_people")]
     with pytest.raises(ConfigError, match="map 'room_people': expected another name"):
         export_gazebo(rooms, tmp_path / "out", **OPTIONS)
+
+
+def test_a_map_does_not_have_the_name_of_a_person_in_its_world(tmp_path):
+    alone, among = (replace(open_room(), name="person_0", bodies=bodies) for bodies in ((), (walker(),)))
+    export_gazebo([alone], tmp_path / "alone", **OPTIONS)
+    with pytest.raises(ConfigError, match="map 'person_0': expected another name"):
+        export_gazebo([among], tmp_path / "among", **OPTIONS)
 
 
 @pytest.mark.parametrize(

@@ -158,6 +158,30 @@ def test_no_two_trees_have_the_same_id(exported):
     assert names == [root.get("main_tree_to_execute") for root in roots] == ["MapBench_dwb", "MapBench_mppi"]
 
 
+MAIN, SUB = '<BehaviorTree ID="A"><SubTree ID="go"/></BehaviorTree>', '<BehaviorTree ID="go"/>'
+SUBTREES = f'<root main_tree_to_execute="A">{MAIN}{SUB}</root>'
+
+
+@pytest.mark.parametrize(
+    ("names", "xml", "expected"),
+    [
+        (["a.b", "a_b", "a_b_2"], "", ["MapBench_a_b", "MapBench_a_b_2", "MapBench_a_b_2_2"]),
+        (["dwb", "dwb_go"], "", ["MapBench_dwb", "MapBench_dwb_go"]),
+        (["dwb", "dwb_A"], SUBTREES, ["MapBench_dwb", "MapBench_dwb_A"]),
+        (["dwb", "dwb_go"], SUBTREES, ["MapBench_dwb", "MapBench_dwb_go_2"]),
+        (["dwb_go", "dwb"], SUBTREES, ["MapBench_dwb_go", "MapBench_dwb_2"]),
+    ],
+)
+def test_names_that_are_alike_give_trees_of_different_ids(names, xml, expected):
+    params = PARAMS | {"controller_server": {"ros__parameters": {"controller_plugins": names}}}
+    given = navigation(params=params, controllers=names, tree={**TREE, "xml": xml})
+    files = given.files("drawn")
+    roots = [ElementTree.fromstring(files[f"behavior_trees/{name}.xml"]) for name in names]
+    assert [root.get("main_tree_to_execute") for root in roots] == expected
+    ids = [tree.get("ID") for root in roots for tree in root.findall("BehaviorTree")]
+    assert len(ids) == len(set(ids))
+
+
 def test_trees_that_nothing_uses_are_exported_as_they_are():
     used = '<BehaviorTree ID="Main"><FollowPath/></BehaviorTree>'
     unused = '<include path="gone.xml"/><BehaviorTree ID="Spare"><SubTree ID="Gone"/></BehaviorTree>'
@@ -440,3 +464,10 @@ def test_a_users_tree_is_exported_with_the_plugins_of_the_package():
     ids = {"controller_id": "dwb", "goal_checker_id": "goal_checker"}
     assert root.find(".//FollowPath").attrib == {"path": "{path}", **ids}
     assert root.find(".//Sequence").attrib == {}
+
+
+@pytest.mark.parametrize(
+    ("release", "xml", "expected"), [("humble", "", False), ("jazzy", "", True), ("jazzy", "<root/>", False)]
+)
+def test_only_the_default_trees_of_releases_with_error_codes_report_all_of_them(release, xml, expected):
+    assert navigation(release=release, tree={**TREE, "xml": xml}).reports_codes is expected

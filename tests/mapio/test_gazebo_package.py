@@ -133,4 +133,5 @@ def test_the_readme_names_where_packages_come_from(package):
     assert installed
     assert all(name.startswith(f"ros-{release}-") for name in installed)
     assert "ros2 run mapbench_my_maps_2 run_benchmark.py" in text
-    assert "bench MAPS --params nav2_params.yaml --robot turtlebot3_waffle --noise none --contact slides" in text
+    same = "--robot turtlebot3_waffle --noise none --contact slides --time-limit 150 --out OURS"
+    assert f"bench MAPS --params nav2_params.yaml {same}" in text

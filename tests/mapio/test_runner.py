@@ -18,14 +18,16 @@ from gym_mapbench.errors import MapFormatError
 from gym_mapbench.mapio.runner_results import ADDED_LATER, COLUMNS, read_runner_results
 from tests.evolution.processes import holds_soon, is_gone
 from tests.mapio.fake_ros import (
+    ABORTED,
+    CANCELED,
     SUCCEEDED,
     Action,
     Service,
     Shutdown,
     World,
+    actions,
     empty_twist,
     fake_node,
-    goal_message,
     install,
     load,
 )
@@ -41,25 +43,33 @@ def simulator_of(bundle):
 def ros(monkeypatch, bundle):
     """The stand-ins; returns the world behind them."""
     world = World()
+    world.codes = {} if bundle[2] == "humble" else {"dwb": 0, "mppi": 106}
     install(
         monkeypatch,
         ament_index_python={},
         ament_index_python__packages={"get_package_share_directory": {"mapbench_bundle": str(bundle[1])}.__getitem__},
         rclpy={"init": lambda: None, "try_shutdown": lambda: None, "spin_once": lambda node, timeout_sec: world.spin()},
-        rclpy__qos={"qos_profile_sensor_data": None},
+        rclpy__qos={"qos_profile_sensor_data": None, "qos_profile_action_status_default": None},
         rclpy__action={"ActionClient": lambda node, kind, name: Action(world)},
         rclpy__executors={"ExternalShutdownException": Shutdown},
         rclpy__node={"Node": fake_node(world)},
         rclpy__parameter={"Parameter": lambda name, value: (name, value)},
         action_msgs={},
-        action_msgs__msg={"GoalStatus": SimpleNamespace(STATUS_SUCCEEDED=SUCCEEDED)},
+        action_msgs__msg={
+            "GoalStatus": SimpleNamespace(STATUS_SUCCEEDED=SUCCEEDED, STATUS_ABORTED=ABORTED),
+            "GoalStatusArray": None,
+        },
         geometry_msgs={},
         geometry_msgs__msg={"Twist": empty_twist},
         nav2_msgs={},
-        nav2_msgs__action={"NavigateToPose": SimpleNamespace(Goal=goal_message)},
+        nav2_msgs__action=actions(bundle[2]),
         nav2_msgs__srv={"ClearEntireCostmap": Service},
         nav_msgs={},
         nav_msgs__msg={"Odometry": None},
+        sensor_msgs={},
+        sensor_msgs__msg={"LaserScan": None},
+        tf2_msgs={},
+        tf2_msgs__msg={"TFMessage": None},
         std_srvs={},
         std_srvs__srv={"Trigger": Service},
         gazebo_msgs={},
@@ -103,7 +113,8 @@ def test_the_runner_drives_everything_and_its_file_is_read_back(bundle, ros, tmp
     assert {result.contacts for result in results} == {2}
     assert {(result.map, result.digest) for result in results} == {(map_.name, map_.digest) for map_ in maps}
     simulator = simulator_of(bundle)
-    assert {(result.simulator, result.params) for result in results} == {(simulator, runner.digest_of_params())}
+    setups = {(result.simulator, result.params, result.time_limit) for result in results}
+    assert setups == {(simulator, runner.digest_of_params(), "150")}
     launch = ["ros2", "launch", "mapbench_bundle", "benchmark.launch.py"]
     arguments = [f"simulator:={simulator}", "headless:=true"]
     assert ros.launched == [[*launch, f"map:={map_.name}", *arguments] for map_ in maps]
@@ -155,10 +166,12 @@ def test_one_failed_teleport_costs_one_run(bundle, ros, tmp_path, monkeypatch, c
     monkeypatch.setattr(runner, "time", SimpleNamespace(monotonic=lambda: ros.time, sleep=time.sleep))
     ros.stuck = {2}
     out = tmp_path / "times.csv"
-    assert runner.main(["--out", str(out)]) == 0
+    assert runner.main(["--out", str(out)]) == 1
     failed = ("map_0", "mppi", 0, "error")
     assert runs_in(out) == [ALL[0], failed, *ALL[2:]]
-    assert "map_0, mppi: " in capsys.readouterr().err
+    said = capsys.readouterr().err
+    assert "map_0, mppi: " in said
+    assert said.endswith("errors: 1; --resume drives these runs again\n")
     assert runner.main(["--out", str(out), "--resume"]) == 0
     assert sorted(runs_in(out)) == ALL
     assert len(ros.goals) == 4
@@ -182,6 +195,101 @@ def test_an_interrupted_benchmark_goes_on(bundle, ros, tmp_path, capsys, driven,
     before, ros.launched = out.read_bytes(), []
     assert runner.main(["--out", str(out), "--resume"]) == 0
     assert (out.read_bytes(), ros.launched) == (before, [])
+
+
+def drive_one(bundle, out, controller, *arguments):
+    """Run one map with one controller; return the exit code."""
+    runner = load(bundle[1] / "run_benchmark.py", "exported_runner")
+    return runner.main(["--maps", "map_0", "--controllers", controller, "--out", str(out), *arguments])
+
+
+@pytest.mark.parametrize(
+    ("code", "planned", "humble", "outcome", "words"),
+    [
+        (106, True, None, "aborted", ""),
+        (208, False, None, "aborted", ""),
+        (102, True, None, "error", "a fault of the setup: Nav2 reports TF_ERROR (102)"),
+        (203, False, None, "error", "a fault of the setup: Nav2 reports START_OUTSIDE_MAP (203)"),
+        (9001, False, None, "error", "a fault of the setup: Nav2 reports FAILED_TO_LOAD_BEHAVIOR_TREE (9001)"),
+        (0, True, None, "error", "a fault of the setup: Nav2 gave up without an error code"),
+        (None, True, "humble", "aborted", ""),
+        (None, False, "humble", "error", "gave up before the controller had a path: no plan, or a fault of the setup"),
+    ],
+)
+def test_a_fault_of_the_setup_is_no_failure_of_the_controller(
+    bundle, ros, tmp_path, capsys, code, planned, humble, outcome, words
+):
+    if (bundle[2] == "humble") is not (humble is not None):
+        pytest.skip("Humble reports no codes, and later releases do")
+    ros.codes, ros.unplanned = {} if code is None else {"mppi": code}, set() if planned else {"mppi"}
+    assert drive_one(bundle, tmp_path / "t.csv", "mppi") == (outcome == "error")
+    assert runs_in(tmp_path / "t.csv") == [("map_0", "mppi", 0, outcome)]
+    assert words in capsys.readouterr().err
+
+
+def test_a_tree_that_may_report_no_codes_counts_from_the_first_path_on(bundle, ros, tmp_path):
+    runner = load(bundle[1] / "run_benchmark.py", "exported_runner")
+    runner.REPORTS_CODES, ros.codes = False, {"mppi": 0}
+    arguments = ["--maps", "map_0", "--controllers", "mppi", "--out"]
+    assert runner.main([*arguments, str(tmp_path / "t.csv")]) == 0
+    ros.unplanned = {"mppi"}
+    assert runner.main([*arguments, str(tmp_path / "u.csv")]) == 1
+    assert [runs_in(tmp_path / name)[0][3] for name in ("t.csv", "u.csv")] == ["aborted", "error"]
+
+
+def test_paths_of_earlier_runs_do_not_count(bundle, ros, tmp_path):
+    runner = load(bundle[1] / "run_benchmark.py", "exported_runner")
+    runner.REPORTS_CODES, ros.codes, ros.unplanned = False, {}, {"mppi"}
+    assert runner.main(["--maps", "map_0", "--out", str(tmp_path / "t.csv")]) == 1
+    assert [run[3] for run in runs_in(tmp_path / "t.csv")] == ["goal", "error"]
+
+
+@pytest.mark.parametrize("topic", ["odom", "scan", "tf"])
+@pytest.mark.parametrize("arguments", [[], ["--time-limit", "15"]])
+def test_a_simulator_that_falls_silent_is_no_failure_of_the_controller(bundle, ros, tmp_path, capsys, topic, arguments):
+    ros.silent = {topic: 10.0}
+    assert drive_one(bundle, tmp_path / "t.csv", "mppi", *arguments) == 1
+    assert runs_in(tmp_path / "t.csv") == [("map_0", "mppi", 0, "error")]
+    assert f"map_0, mppi: no message on {topic} for 2 s" in capsys.readouterr().err
+
+
+def test_no_run_follows_when_nav2_has_ended(bundle, ros, tmp_path, capsys):
+    ros.inactive_from = 10.0
+    assert drive_one(bundle, tmp_path / "t.csv", "mppi", "--repeats", "3") == 1
+    assert (runs_in(tmp_path / "t.csv"), len(ros.goals)) == ([], 1)
+    assert "map_0: Nav2 is no longer active\nnot driven to the end: map_0" in capsys.readouterr().err
+
+
+def test_a_goal_that_nav2_does_not_take_is_an_error(bundle, ros, tmp_path, capsys):
+    ros.accepts = False
+    assert drive_one(bundle, tmp_path / "t.csv", "dwb") == 1
+    assert runs_in(tmp_path / "t.csv") == [("map_0", "dwb", 0, "error")]
+    assert "map_0, dwb: Nav2 did not take the goal" in capsys.readouterr().err
+
+
+def test_a_goal_that_somebody_else_cancels_is_an_error(bundle, ros, tmp_path, capsys):
+    ros.ending = {"dwb": (CANCELED, 5.0)}
+    assert drive_one(bundle, tmp_path / "t.csv", "dwb") == 1
+    assert runs_in(tmp_path / "t.csv") == [("map_0", "dwb", 0, "error")]
+    assert "expected Nav2 to reach or to abort the goal, got the status 5" in capsys.readouterr().err
+
+
+def test_a_run_that_the_wall_clock_ends_is_an_error(bundle, ros, tmp_path, monkeypatch, capsys):
+    runner = load(bundle[1] / "run_benchmark.py", "exported_runner")
+    monkeypatch.setattr(runner, "time", SimpleNamespace(monotonic=lambda: ros.time, sleep=time.sleep))
+    arguments = ["--maps", "map_0", "--controllers", "dwb", "--wall-limit", "3", "--out", str(tmp_path / "t.csv")]
+    assert runner.main(arguments) == 1
+    assert runs_in(tmp_path / "t.csv") == [("map_0", "dwb", 0, "error")]
+    assert "map_0, dwb: no end within 3 s by the wall clock" in capsys.readouterr().err
+
+
+@pytest.mark.parametrize(("topic", "words"), [("scan", "no message on scan"), (None, "Nav2 is not active")])
+def test_what_has_not_started_is_said(bundle, ros, tmp_path, monkeypatch, capsys, topic, words):
+    runner = load(bundle[1] / "run_benchmark.py", "exported_runner")
+    monkeypatch.setattr(runner, "time", SimpleNamespace(monotonic=lambda: ros.time, sleep=time.sleep))
+    ros.silent, ros.ready = {topic: 0.0}, topic is not None
+    assert runner.main(["--maps", "map_0", "--out", str(tmp_path / "t.csv")]) == 1
+    assert f"map_0: not ready within 120 s: {words}\n" in capsys.readouterr().err
 
 
 def test_a_map_that_does_not_start_leaves_the_others(bundle, ros, tmp_path, monkeypatch, capsys):
@@ -253,7 +361,7 @@ def test_a_missing_package_is_said_before_anything_starts(bundle, ros, tmp_path,
     [
         ([], HEAD, "exists; continue it with --resume"),
         (["--resume"], "my,notes\n1,2\n", "expected a file of this benchmark"),
-        (["--resume"], HEAD + "map_0,dwb,0.5,goal,1,2,3,d,gz,p\n", "expected a file of this benchmark"),
+        (["--resume"], HEAD + "map_0,dwb,0.5,goal,1,2,3,d,gz,p,150\n", "expected a file of this benchmark"),
         (["--resume"], "\0\n", "expected a file of this benchmark"),
         (["--simulator", "webots"], None, "invalid choice: 'webots'"),
         (["--repeats", "0"], None, "--repeats: expected a whole number above 0, got '0'"),
@@ -358,7 +466,7 @@ def test_bad_results(tmp_path, text, words):
 
 
 def test_runs_on_other_maps_are_not_continued(bundle, ros, tmp_path, capsys):
-    (tmp_path / "times.csv").write_text(HEAD + "map_0,dwb,0,goal,1,2,3,of another package,gz,any\n")
+    (tmp_path / "times.csv").write_text(HEAD + "map_0,dwb,0,goal,1,2,3,of another package,gz,any,150\n")
     runner = load(bundle[1] / "run_benchmark.py", "exported_runner")
     assert runner.main(["--out", str(tmp_path / "times.csv"), "--resume"]) == 2
     assert "expected runs on the maps of this package, got other maps named map_0" in capsys.readouterr().err
@@ -366,7 +474,7 @@ def test_runs_on_other_maps_are_not_continued(bundle, ros, tmp_path, capsys):
     assert ros.launched == []
 
 
-def test_runs_with_other_parameters_or_in_another_simulator_are_not_continued(bundle, ros, tmp_path, capsys):
+def test_runs_with_another_setup_are_not_continued(bundle, ros, tmp_path, capsys):
     maps, folder, _ = bundle
     runner, out, simulator = (
         load(folder / "run_benchmark.py", "exported_runner"),
@@ -374,8 +482,12 @@ def test_runs_with_other_parameters_or_in_another_simulator_are_not_continued(bu
         simulator_of(bundle),
     )
     for setup, message in (
-        (f"stage,{runner.digest_of_params()}", f"expected runs with --simulator {simulator}, got runs with stage"),
-        (f"{simulator},edited", "expected runs with the parameters and behaviour trees of this package, got others"),
+        (f"stage,{runner.digest_of_params()},150", f"expected runs with --simulator {simulator}, got runs with stage"),
+        (
+            f"{simulator},edited,150",
+            "expected runs with the parameters and behaviour trees of this package, got others",
+        ),
+        (f"{simulator},{runner.digest_of_params()},60", "expected runs with --time-limit 150, got runs with 60"),
     ):
         out.write_text(f"{HEAD}map_0,dwb,0,goal,1,2,3,{maps[0].digest},{setup}\n")
         assert runner.main(["--out", str(out), "--resume"]) == 2

@@ -92,9 +92,10 @@ def test_results_on_another_map_of_the_same_name_are_refused(files, capsys):
     [
         ("simulator", "expected runs with one simulator, got 2 (classic, gz)"),
         ("params", "expected runs with one set of parameters and behaviour trees, got 2 (classic, gz)"),
+        ("time_limit_s", "expected runs with one time limit, got 2 (classic, gz)"),
     ],
 )
-def test_results_of_two_simulators_or_parameters_are_no_sample(files, capsys, column, message):
+def test_results_of_two_simulators_parameters_or_time_limits_are_no_sample(files, capsys, column, message):
     head, first, *rows = SAMPLE.splitlines()
     (files / "results.csv").write_text(
         "\n".join([f"{head},{column}", f"{first},classic", *(f"{one},gz" for one in rows)])
@@ -169,7 +170,18 @@ def test_a_file_that_was_joined_to_itself_is_refused(files, capsys):
     assert main(argv) == 0
     (files / "results.csv").write_text("\n".join([SAMPLE, SAMPLE.splitlines()[2]]))
     assert main(argv) == 2
-    assert "expected each run once, got two equal lines of map_1/dwb, repeat 1" in capsys.readouterr().err
+    assert "expected one line for each run, got 2 of map_1/dwb, repeat 1" in capsys.readouterr().err
+
+
+def test_two_times_of_one_run_are_refused(files, capsys):
+    """An error and the run that ``--resume`` drove again are one run."""
+    argv = ["import-results", str(files / "results.csv"), "--ours", str(files / "bench.json")]
+    map_, controller, repeat, _, _, length = SAMPLE.splitlines()[2].split(",")
+    (files / "results.csv").write_text("\n".join([SAMPLE, f"{map_},{controller},{repeat},error,3.0,{length}"]))
+    assert main(argv) == 0
+    (files / "results.csv").write_text("\n".join([SAMPLE, f"{map_},{controller},{repeat},goal,99.5,{length}"]))
+    assert main(argv) == 2
+    assert "expected one line for each run, got 2 of map_1/dwb, repeat 1" in capsys.readouterr().err
 
 
 def test_a_table_that_a_windows_program_saved_is_read(files):

@@ -54,6 +54,13 @@ def test_an_exported_file_names_the_first_controllers_tree_in_the_package(tmp_pa
     assert read.named("left_out") == ()
 
 
+def test_an_own_tree_is_exported_with_the_libraries_that_humble_loads_for_it(tmp_path):
+    example = EXAMPLES / "own_tree.yaml"
+    given = yaml.safe_load(example.read_text())["bt_navigator"]["ros__parameters"]
+    written = exported(tmp_path / "bundle", "--params", str(example))["bt_navigator"]["ros__parameters"]
+    assert written["plugin_lib_names"] == given["plugin_lib_names"]
+
+
 @pytest.mark.parametrize(("form", "name"), [("map_server", "office.yaml"), ("mapset", "maps.mapset.json")])
 def test_a_start_and_goal_of_the_command_line_are_written(tmp_path, form, name):
     argv = ["export", OFFICE, "--format", form, "--start", "0.8,2.2,0", "--goal", "2.5,2.2,0.1"]
