@@ -12,7 +12,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from controllers.navigator.costmap_wait import ServedCostmap
-from controllers.navigator.planner_server import RobotOnMap
+from controllers.navigator.robot_state import RobotOnMap
 from gym_mapbench.costmap import INSCRIBED_INFLATED_OBSTACLE, LETHAL_OBSTACLE, NO_INFORMATION
 from gym_mapbench.kernels.footprint import footprint_cost
 from gym_mapbench.kernels.geometry import cell_index
