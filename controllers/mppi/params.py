@@ -27,9 +27,9 @@ from controllers.mppi.critic_params import (
 )
 from controllers.mppi.release_tables import DEFAULTS, MISSING
 from controllers.parameters import SettingsWithCritics
-from controllers.releases import Release
 from gym_mapbench.errors import ConfigError
 from gym_mapbench.quantities import Count, Natural, NonNegative, Positive
+from gym_mapbench.releases import Release
 from gym_mapbench.settings import ExtendedSettings, Settings
 
 Std = Annotated[Positive, Field(le=100)]

@@ -8,7 +8,7 @@ from __future__ import annotations
 from collections.abc import Mapping
 from typing import Any
 
-from controllers.releases import Release
+from gym_mapbench.releases import Release
 
 _ACCELERATION = "Humble's MPPI has no acceleration limits"
 _DELAY = "the model has no delay"

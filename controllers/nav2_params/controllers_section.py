@@ -15,7 +15,8 @@ from controllers.checkers import (
     ProgressChecker,
 )
 from controllers.nav2_params import keys
-from controllers.nav2_params.navigation import ControllerPlugin, ControllerServer
+from controllers.nav2_params.navigation import ControllerServer
+from controllers.nav2_params.plugin_settings import ControllerPlugin
 from controllers.nav2_params.plugins import CONTROLLERS, controller_kind, is_shim, primary_class, strays
 from controllers.nav2_params.tree_ids import CONTROLLER, GOAL_CHECKER, PATH_HANDLER, PROGRESS_CHECKER, TreeIds
 from controllers.path_handler import PATH_HANDLER_ID, PATH_HANDLER_KEYS, PATH_HANDLERS, PathHandler

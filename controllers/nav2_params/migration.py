@@ -46,17 +46,12 @@ from controllers.nav2_params.smoother_migration import NODE as SMOOTHER_SERVER
 from controllers.nav2_params.smoother_migration import migrate_smoothers
 from controllers.nav2_params.tree_file import NAVIGATOR
 from controllers.nav2_params.tree_ids import PROGRESS_CHECKER
-from controllers.nav2_params.wildcard_migration import (
-    Nodes,
-    nodes_of,
-    refuse_shared_name,
-    refuse_split_controllers,
-)
+from controllers.nav2_params.wildcard_migration import Nodes, nodes_of, refuse_shared_name, refuse_split_controllers
 from controllers.nav2_params.wildcards import share
 from controllers.nav2_params.yaml_edits import Edits, Entry, as_yaml, entries
-from controllers.releases import Release
 from gym_mapbench.errors import ConfigError
 from gym_mapbench.files.documents import parse_yaml, read_document_text
+from gym_mapbench.releases import Release
 from gym_mapbench.ros_params import known_class
 
 

@@ -16,7 +16,7 @@ from controllers.collision_monitor import ACTION_TYPES, POLYGON_TYPES, SOURCE_TY
 from controllers.nav2_params.migration_work import Work, listed, value_of
 from controllers.nav2_params.monitor_section import as_flat, as_text, write_corners
 from controllers.nav2_params.yaml_edits import Entry, as_yaml, entries
-from controllers.releases import Release
+from gym_mapbench.releases import Release
 
 NODE = "collision_monitor"
 Given = Mapping[str, Entry]

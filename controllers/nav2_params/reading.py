@@ -12,8 +12,8 @@ from controllers.nav2_params.parsing import Nav2Params, parse_nav2_params
 from controllers.nav2_params.presets import PRESETS, load_preset
 from controllers.nav2_params.recognition import recognise
 from controllers.nav2_params.wildcards import share
-from controllers.releases import Release
 from gym_mapbench.errors import ConfigError
+from gym_mapbench.releases import Release
 
 
 def read_nav2_params(

@@ -8,7 +8,7 @@ from __future__ import annotations
 from collections.abc import Callable, Iterable
 
 from controllers.base import STOP, Twist
-from controllers.nav2_params.navigation import BehaviorServer as BehaviorServerParams
+from controllers.behaviors import BehaviorServer as BehaviorServerParams
 from controllers.navigator.actions import Outcome, Result
 from controllers.navigator.behaviors import Behavior
 from controllers.navigator.rate import NEVER, TIME_RESOLUTION, Rate

@@ -23,7 +23,7 @@ from controllers.navigator.checkers import make_goal_checker, make_progress_chec
 from controllers.navigator.costmap_wait import CostmapWait, ServedCostmap
 from controllers.navigator.rate import NEVER, TIME_RESOLUTION, Rate
 from controllers.navigator.robot_state import RobotState
-from controllers.releases import Release
+from gym_mapbench.releases import Release
 from gym_mapbench.world.frames import IDENTITY, transform_path
 from gym_mapbench.world.scenario import Pose
 

@@ -48,8 +48,9 @@ from controllers.navigator.path_keeper import NearestPose
 from controllers.navigator.path_nodes import IsGoalNearby, PathLongerOnApproach, TruncatePath, TruncatePathLocal
 from controllers.navigator.smooth_path import SmoothPath
 from controllers.navigator.timers import Delay, Timeout
-from controllers.tree_xml import TreeNode, cleared_costmap, name_in, named_layers, read_tree, selected_plugins
-from controllers.tree_xml.nodes import CANCELS, REGION_CLEARS, RETRIES, SELECTORS
+from controllers.tree_xml.needs import cleared_costmap, name_in, named_layers, selected_plugins
+from controllers.tree_xml.nodes import CANCELS, REGION_CLEARS, RETRIES, SELECTORS, TreeNode
+from controllers.tree_xml.reading import read_tree
 
 GOAL_REACHED_TOLERANCE = 0.25
 """Distance from the goal up to which ``GoalReached`` succeeds, m: the default of Nav2's ``goal_reached_tol``."""
@@ -359,4 +360,4 @@ MAKERS: dict[str, Callable[[_Builder, Ports, list[Node]], Node]] = {
     "BackUp": lambda b, p, c: b.back_up(p),
     "DriveOnHeading": lambda b, p, c: b.drive(p),
 }
-"""What makes each node of :data:`controllers.tree_xml.NODES`, of its ports and children."""
+"""What makes each node of :data:`controllers.tree_xml.nodes.NODES`, of its ports and children."""

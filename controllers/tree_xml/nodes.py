@@ -9,7 +9,7 @@ import math
 from collections.abc import Iterator, Mapping
 from typing import Any, NamedTuple
 
-from controllers.releases import RELEASES, Release
+from gym_mapbench.releases import RELEASES, Release
 
 
 class Number(NamedTuple):

@@ -10,7 +10,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from controllers.base import STOP, Twist
-from controllers.nav2_params.navigation import NavigationParams, default_tree
+from controllers.behaviors import default_tree
+from controllers.nav2_params.navigation import NavigationParams
 from controllers.navigator.behavior_tree import Status, halt_tree
 from controllers.navigator.costmap_wait import UpdateSchedule
 from controllers.navigator.latency import Latency
@@ -18,11 +19,11 @@ from controllers.navigator.navigate_to_pose import Blackboard, Clear, Servers
 from controllers.navigator.rate import NEVER, TIME_RESOLUTION
 from controllers.navigator.tree_builder import build_tree
 from controllers.navigator.tree_loop import TreeLoop
-from controllers.releases import Release
 from evolution.validation.around.recordings import AroundOracle, Record
 from evolution.validation.around.script import ACTIONS, LoggedServer, ScriptedExecutor
 from evolution.validation.measures import Cases, Measure
 from gym_mapbench.metrics.episode import RECOVERY_KINDS
+from gym_mapbench.releases import Release
 from gym_mapbench.world.scenario import Pose
 
 TICK = 0.01
