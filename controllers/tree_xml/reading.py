@@ -10,7 +10,7 @@ from xml.etree.ElementTree import Element
 from controllers.tree_xml.checks import check_values, check_variables
 from controllers.tree_xml.includes import DEEPEST, parse_xml
 from controllers.tree_xml.labels import TreeError, label_of, type_of
-from controllers.tree_xml.nodes import NODES, PORT_RELEASES, WITHOUT_EFFECT, Name, TreeNode, Whole
+from controllers.tree_xml.nodes import NODES, PORT_RELEASES, WITHOUT_EFFECT, Name, Required, TreeNode
 from controllers.tree_xml.scopes import Constants, Scope
 from controllers.tree_xml.unbuilt import CONDITIONS, NO_SCRIPTS, UNBUILT
 from controllers.tree_xml.values import value_of
@@ -132,7 +132,7 @@ class _Reader:
                 raise ConfigError(f"{label}: {unknown_name('port', key, known)}")
         values = {}
         for key, port in ports.items():
-            if isinstance(port, Whole) and key not in known:
+            if isinstance(port, Required) and key not in known:
                 continue
             try:
                 values[key] = value_of(key, port, given.get(key), scope, self._constants)
