@@ -14,6 +14,7 @@ from controllers.checkers import (
     GoalChecker,
     ProgressChecker,
 )
+from controllers.mppi.release_tables import HANDLED
 from controllers.nav2_params import keys
 from controllers.nav2_params.navigation import ControllerServer
 from controllers.nav2_params.plugin_settings import ControllerPlugin
@@ -26,14 +27,6 @@ from gym_mapbench.ros_params import Section, parameter_names, take_class
 
 TREES_CHOICE = "FollowPath"
 """The controller that Nav2's default tree asks for."""
-HANDLED = (
-    "prune_distance",
-    "max_robot_pose_search_dist",
-    "enforce_path_inversion",
-    "inversion_xy_tolerance",
-    "inversion_yaw_tolerance",
-)
-"""Parameters that moved from the controllers to Lyrical's path handler."""
 HANDLER_LIST = "path_handler_plugins"
 CHECKER_LIST = "progress_checker_plugins"
 HUMBLES_CHECKER = "progress_checker_plugin"

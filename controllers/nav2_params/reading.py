@@ -6,7 +6,7 @@ from collections.abc import Mapping
 from dataclasses import replace
 from pathlib import Path
 
-from controllers.nav2_params.document import Document, read_document, refuse_bomb
+from controllers.nav2_params.document import Document, read_document
 from controllers.nav2_params.nodes import all_nodes
 from controllers.nav2_params.parsing import Nav2Params, parse_nav2_params
 from controllers.nav2_params.presets import PRESETS, load_preset
@@ -57,7 +57,6 @@ def read_nav2_params(
         document = read_document(path, defines)
         if folder is not None:
             document = replace(document, folder=Path(folder))
-        refuse_bomb(document.values)
         nodes = all_nodes(document.values)
         document = document.with_lines(share(nodes).origins)
         known = release or recognise(nodes).release

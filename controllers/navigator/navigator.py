@@ -116,7 +116,7 @@ class Navigator:
         self.params = params
         self.name = name
         self._abort_is_exception = abort_is_exception
-        self._local_in_odom = _is_in_odom(params.local_costmap)
+        self._local_in_odom = not params.local_costmap.covers_map  # a costmap of the whole map is in the map's frame
         self._forget_outcome()
 
     @property
@@ -429,8 +429,3 @@ class Navigator:
         else:
             reason = f"the behaviour tree failed {place}, though neither planner nor controller had failed"
         self._board.failure = "controller_failure", reason
-
-
-def _is_in_odom(local: CostmapParams) -> bool:
-    """Whether the local costmap is in the odom frame; one of the whole static map stays in the map's."""
-    return not local.covers_map

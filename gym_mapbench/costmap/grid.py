@@ -43,8 +43,3 @@ class Costmap:
         row = int((y - self.origin_y) / self.resolution)
         rows, cols = self.costs.shape
         return (row, col) if row < rows and col < cols else None
-
-    def size_in_meters(self) -> tuple[float, float]:
-        """``(x, y)`` extent as Nav2's ``getSizeInMeters`` counts it: half a cell short, m."""
-        rows, cols = self.costs.shape
-        return (cols - 0.5) * self.resolution, (rows - 0.5) * self.resolution
