@@ -54,7 +54,7 @@ class PathValidity:
             return False
         if self._footprint.use_radius:
             return m.costs.flat[cell] not in (INSCRIBED_INFLATED_OBSTACLE, LETHAL_OBSTACLE)
-        cost = footprint_cost(m.costs, m.resolution, m.origin_x, m.origin_y, x, y, yaw, self._corners)
+        cost = footprint_cost(*m.grid, x, y, yaw, self._corners)
         return bool(cost < LETHAL_OBSTACLE or cost == NO_INFORMATION)
 
 
