@@ -15,12 +15,12 @@ import numpy as np
 from numpy.typing import NDArray
 
 from controllers.base import STOP, ControllerAbort, ControllerError, GoalChecker, LocalPlan, PathFollower, Twist
-from controllers.feasible_path_handler import FeasiblePathHandler
 from controllers.nav2_params.navigation import ControllerServer as ControllerServerParams
 from controllers.navigator import error_codes
 from controllers.navigator.actions import Executor, Outcome, Result
 from controllers.navigator.checkers import make_goal_checker, make_progress_checker
 from controllers.navigator.costmap_wait import CostmapWait, ServedCostmap
+from controllers.navigator.path_handler import FeasiblePathHandler
 from controllers.navigator.rate import NEVER, TIME_RESOLUTION, Rate
 from controllers.navigator.robot_state import RobotState
 from gym_mapbench.releases import Release
