@@ -51,7 +51,7 @@ def move_path_handling(work: Work, full: str, server: yaml.MappingNode, controll
         The full names that the parameters have, or had, in the groups of the controllers.
     """
     given = {entry.name: entry for entry in entries(server)}
-    if "controller_plugins" not in given or (work.source == "lyrical") == (work.target == "lyrical"):
+    if "controller_plugins" not in given or not work.crosses("lyrical"):
         return frozenset()
     if work.target != "lyrical":
         return _return_handling(work, full, server, controllers, given)
@@ -111,7 +111,7 @@ def _return_handling(
 
 def migrate_forms(work: Work, controllers: Controllers) -> None:
     """Bring motion models and Rotation Shims into the form that the target starts with."""
-    if (work.source == "lyrical") == (work.target == "lyrical"):
+    if not work.crosses("lyrical"):
         return
     for controller in controllers.values():
         lyrical = work.target == "lyrical"

@@ -207,7 +207,7 @@ def _is_unknown(work: Work, full: str, nodes: Nodes, entry: Entry) -> bool:
     if "behavior_server" in nodes and OVERTAKEN.get(work.target, {}).get(entry.name) in siblings:
         refuse_shared_name(full, "behavior_server", entry)
         return True
-    lyricals = LYRICALS if work.source == "lyrical" != work.target else {}
+    lyricals = LYRICALS if work.leaves("lyrical") else {}
     of_nodes = [*UNKNOWN[work.target].items(), *lyricals.items()]
     patterns = [pattern for name, patterns in of_nodes if _is_for(name, nodes) for pattern in patterns]
     return any(fnmatchcase(entry.name, pattern) for pattern in patterns)
@@ -299,7 +299,7 @@ def _tell_defaults(work: Work, full: str, nodes: Nodes, group: yaml.MappingNode)
         message, unlike = "TwistStamped" if stamped else "Twist", "; Kilted publishes TwistStamped"
         why = f"since {source} publishes {message} by default{unlike if source == 'Jazzy' else ''}"
         work.write_out(full, group, STAMPED, stamped, why)
-    if work.target == "lyrical" != work.source:
+    if work.enters("lyrical"):
         for node in nodes:
             _tell_new_defaults(work, full, NEW_DEFAULTS.get(node, {}), group)
 

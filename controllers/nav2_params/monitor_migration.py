@@ -28,13 +28,13 @@ def migrate_monitor(work: Work, full: str, group: yaml.MappingNode) -> None:
     given = {entry.name: entry for entry in entries(group)}
     _keep_known(work, full, given, "polygons", {"type": POLYGON_TYPES, "action_type": ACTION_TYPES})
     _keep_known(work, full, given, "observation_sources", {"type": SOURCE_TYPES})
-    if (work.source == "humble") != (work.target == "humble"):
+    if work.crosses("humble"):
         for name, entry in given.items():
             if name.endswith(".points"):
                 _rewrite_points(work, full, entry)
             elif name.endswith(".max_points" if work.source == "humble" else ".min_points"):
                 _recount(work, full, entry, given)
-    if "limit" in ACTION_TYPES[work.source] and work.source != work.target == "lyrical":
+    if "limit" in ACTION_TYPES[work.source] and work.enters("lyrical"):
         _tell_limits(work, full, given)
 
 
