@@ -9,8 +9,8 @@ from typing import Annotated, ClassVar, Literal
 
 from pydantic import Field
 
-from controllers.releases import Release
 from gym_mapbench.quantities import Natural, NonNegative, Positive
+from gym_mapbench.releases import Release
 from gym_mapbench.settings import ExtendedSettings, Settings
 
 LatencyModel = Literal["ideal", "nav2"]

@@ -11,9 +11,9 @@ from typing import Annotated, Literal
 
 from pydantic import Field, model_validator
 
-from controllers.releases import Release
 from gym_mapbench.errors import ConfigError
 from gym_mapbench.quantities import Count, NonNegative, Positive
+from gym_mapbench.releases import Release
 from gym_mapbench.settings import Settings
 
 Corners = Annotated[tuple[tuple[float, float], ...], Field(min_length=3)]

@@ -7,7 +7,7 @@ from dataclasses import dataclass, field
 from typing import Any
 
 from controllers.base import PathFollower
-from controllers.releases import Release
+from gym_mapbench.releases import Release
 from gym_mapbench.ros_params import RosPlugin
 
 Limits = dict[str, float]

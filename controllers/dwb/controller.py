@@ -29,7 +29,6 @@ from gym_mapbench.world.scenario import Pose
 
 PATH_LENGTH_TOLERANCE = 1.0
 """Length of Lyrical's local plan above which RotateToGoal waits, m; Nav2 reads its parameter by a wrong name."""
-NO_SPEED_LIMIT = 0.0
 FORWARD = 0.4
 """Share of the top speed from which on a candidate counts as driving on in :meth:`DwbFollower.explain`."""
 
@@ -126,9 +125,9 @@ class DwbFollower:
         if not 0.0 <= speed < np.inf:
             raise ConfigError(f"speed limit: expected a finite number >= 0, got {speed}")
         base = self.params.max_speed_xy
-        if speed != NO_SPEED_LIMIT and not percentage and speed >= base:
+        if speed and not percentage and speed >= base:
             return
-        ratio = 1.0 if speed == NO_SPEED_LIMIT else speed / (100.0 if percentage else base)
+        ratio = speed / (100.0 if percentage else base) if speed else 1.0
         self._tuning = make_tuning(_scaled(self.params, ratio), self._setup.control_period)
 
     def compute_velocity_commands(self, pose: Pose, velocity: Twist, costmap: Costmap, now: float) -> Twist:

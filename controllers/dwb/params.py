@@ -12,9 +12,9 @@ from typing import Annotated, Any, ClassVar, Literal, Self
 from pydantic import Field, model_validator
 
 from controllers.parameters import CriticSettings, SettingsWithCritics
-from controllers.releases import Release
 from gym_mapbench.errors import ConfigError
 from gym_mapbench.quantities import NonNegative, NonPositive, Positive
+from gym_mapbench.releases import Release
 
 Granularity = Annotated[float, Field(ge=1e-4)]
 Samples = Annotated[int, Field(le=1000)]

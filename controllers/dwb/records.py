@@ -21,7 +21,7 @@ from controllers.dwb.kernels.scoring import INSCRIBED, LAST, PRODUCT, SUM
 from controllers.dwb.kernels.verdict import NO_LIMIT, OFF_MAP
 from controllers.dwb.params import DwbParams, MapGridParams, ObstacleParams
 from controllers.records import fill_groups, record_of
-from controllers.releases import Release
+from gym_mapbench.releases import Release
 
 Record = NDArray[np.void]
 

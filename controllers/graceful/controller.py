@@ -94,11 +94,8 @@ class GracefulFollower:
             ControllerError: If no target can be reached; in Humble also if the plan is empty.
             InvalidPath: If the plan is empty, in Jazzy.
         """
-        m = costmap
-        scene = (
-            m.costs, m.resolution, m.origin_x, m.origin_y, m.track_unknown_space, self._corners, self._use_radius,
-            tuple(map(float, pose)),
-        )  # fmt: skip
+        place = tuple(map(float, pose))
+        scene = *costmap.grid, costmap.track_unknown_space, self._corners, self._use_radius, place
         status, v, w, self._begin, self._arrived, self._turns_first = following.follow(
             self._path, self._steps, self._begin, self._arrived, self._turns_first, scene, self._tuning
         )

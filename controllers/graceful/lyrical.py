@@ -43,13 +43,11 @@ class LyricalGracefulFollower(GracefulFollower):
             ControllerError: If no target can be reached.
             InvalidPath: If there is no local plan.
         """
-        m, local = costmap, self._local
+        local = self._local
         if local is None:
             raise InvalidPath(REASONS["lyrical"][following.EMPTY_PLAN])
-        scene = (
-            m.costs, m.resolution, m.origin_x, m.origin_y, m.track_unknown_space, self._corners, self._use_radius,
-            tuple(map(float, pose)),
-        )  # fmt: skip
+        place = tuple(map(float, pose))
+        scene = *costmap.grid, costmap.track_unknown_space, self._corners, self._use_radius, place
         arrived = self._goal_checker is not None and self._goal_checker.is_position_reached(pose, local)
         status, v, w, self._turns_first, self._safe_heading = lyrical.follow(
             np.ascontiguousarray(local.path), arrived, self._turns_first, self._safe_heading, scene, self._tuning

@@ -9,8 +9,8 @@ from typing import Annotated, Any, ClassVar
 
 from pydantic import Field, create_model
 
-from controllers.releases import Release
 from gym_mapbench.quantities import Natural, NonNegative, Positive
+from gym_mapbench.releases import Release
 from gym_mapbench.ros_params import ReleaseSettings
 
 ROS_ONLY_KEYS = frozenset({"plugin", "transform_tolerance"})

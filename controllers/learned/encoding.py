@@ -7,7 +7,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Mapping
-from typing import Annotated, Any, Self
+from typing import Annotated, Any, NamedTuple, Self
 
 import numpy as np
 from numpy.typing import NDArray
@@ -59,7 +59,7 @@ class EncodingSettings(Settings):
     @property
     def keys(self) -> tuple[str, ...]:
         """Keys of the observation that the features are made of, each once."""
-        return tuple(dict.fromkeys(SOURCES.get(name, name) for name in self.features))
+        return tuple(dict.fromkeys(source_of(name) for name in self.features))
 
     @property
     def arcs(self) -> NDArray[np.float64]:
@@ -97,11 +97,11 @@ class Encoder:
     @property
     def size(self) -> int:
         """Entries of one frame."""
-        return sum(SIZES[name](self) for name in self.settings.features)
+        return sum(FEATURES[name].size(self) for name in self.settings.features)
 
     def encode(self, observation: Mapping[str, NDArray[Any]]) -> Features:
         """Return ``(worlds, size)`` float32 within [-1, 1] of the observations of several worlds."""
-        parts = [FEATURES[name](self, observation[SOURCES.get(name, name)]) for name in self.settings.features]
+        parts = [FEATURES[name].encode(self, observation[source_of(name)]) for name in self.settings.features]
         features: Features = np.concatenate(parts, axis=1, dtype=np.float32)
         np.clip(features, -1.0, 1.0, out=features)
         return features
@@ -164,23 +164,31 @@ def _encode_people(encoder: Encoder, people: NDArray[Any]) -> NDArray[Any]:
     return np.asarray(np.moveaxis(entries, 0, 2).reshape(len(people), -1))
 
 
-FEATURES: dict[str, Callable[[Encoder, NDArray[Any]], NDArray[Any]]] = {
-    "velocity": _encode_velocity,
-    "goal": _encode_goal,
-    "scan": _encode_scan,
-    "arcs": _encode_arcs,
-    "path": _encode_path,
-    "costmap": _encode_costmap,
-    "people": _encode_people,
+class Feature(NamedTuple):
+    """A part of the input.
+
+    Args:
+        encode: Returns it, ``(worlds, size)``, for the observations of several worlds under its key.
+        size: Returns the number of its entries.
+        source: The key of the observation that it is made of, if that has another name.
+    """
+
+    encode: Callable[[Encoder, NDArray[Any]], NDArray[Any]]
+    size: Callable[[Encoder], int]
+    source: str = ""
+
+
+FEATURES = {
+    "velocity": Feature(_encode_velocity, lambda _: 2),
+    "goal": Feature(_encode_goal, lambda _: 6),
+    "scan": Feature(_encode_scan, lambda encoder: encoder.config.lidar.beams),
+    "arcs": Feature(_encode_arcs, lambda one: 2 * len(one.settings.arcs) * len(one.settings.margins), source="scan"),
+    "path": Feature(_encode_path, lambda encoder: 2 * encoder.config.path.points),
+    "costmap": Feature(_encode_costmap, lambda encoder: encoder.config.costmap.cells**2),
+    "people": Feature(_encode_people, lambda encoder: 6 * encoder.config.people.nearest),
 }
-SIZES: dict[str, Callable[[Encoder], int]] = {
-    "velocity": lambda encoder: 2,
-    "goal": lambda encoder: 6,
-    "scan": lambda encoder: encoder.config.lidar.beams,
-    "arcs": lambda encoder: 2 * len(encoder.settings.arcs) * len(encoder.settings.margins),
-    "path": lambda encoder: 2 * encoder.config.path.points,
-    "costmap": lambda encoder: encoder.config.costmap.cells**2,
-    "people": lambda encoder: 6 * encoder.config.people.nearest,
-}
-SOURCES = {"arcs": "scan"}
-"""The key of the observation that a feature is made of, where it has another name."""
+
+
+def source_of(feature: str) -> str:
+    """Return the key of the observation that a feature is made of."""
+    return FEATURES[feature].source or feature

@@ -15,6 +15,7 @@ from controllers.base import STOP, FollowerSetup, Twist
 from controllers.mppi.lyrical import make_optimizer
 from controllers.mppi.noise import Layout, Noise
 from controllers.mppi.params import MppiParams
+from controllers.mppi.path_handler import end_of
 from gym_mapbench.costmap import Costmap
 from gym_mapbench.world.scenario import Pose
 
@@ -95,8 +96,7 @@ def evaluate(
     optimizer = make_optimizer(params, setup, _Given(layout.pack(*noise)))
     optimizer.v[:], optimizer.w[:] = controls
     optimizer.sent = last
-    x, y = path[-1, :2].astype(np.float32).tolist()
-    optimizer.optimize(pose, velocity, path, goal or (x, y), costmap)
+    optimizer.optimize(pose, velocity, path, goal or end_of(path), costmap)
     softmax = optimizer.v.copy(), optimizer.w.copy()
     optimizer.smooth()
     filtered = optimizer.v.copy(), optimizer.w.copy()

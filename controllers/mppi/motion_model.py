@@ -8,8 +8,8 @@ from __future__ import annotations
 from collections.abc import Mapping
 from typing import Any
 
-from controllers.releases import Release
 from gym_mapbench.errors import ConfigError
+from gym_mapbench.releases import Release
 from gym_mapbench.ros_params import Section
 
 MODELS = {

@@ -89,7 +89,7 @@ class Optimizer:
 
     def __init__(self, params: MppiParams, setup: FollowerSetup, source: NoiseSource) -> None:
         refuse_short_step(params.model_dt, setup.control_period)
-        self._params, self._source, self._is_jazzy = params, source, params.release != "humble"
+        self._params, self._source, self._since_jazzy = params, source, params.release != "humble"
         self._tuning, self._call = make_tuning(params, setup), np.zeros(1, dtype=CALL)
         self._shifts = bool(self._tuning["shifts"][0])
         self._corners = np.ascontiguousarray(setup.footprint.corners)
@@ -102,7 +102,7 @@ class Optimizer:
         shape = (layout.blocks, layout.samples)
         self.critic_costs = np.zeros((len(self.critics), *shape), dtype=np.float32)
         self.total = np.zeros(shape, dtype=np.float32)
-        samples = (layout.blocks, params.time_steps, layout.samples) if self._is_jazzy else (0, 0, 0)
+        samples = (layout.blocks, params.time_steps, layout.samples) if self._since_jazzy else (0, 0, 0)
         self._limited = np.zeros((2, *samples), dtype=np.float32)
         self._collected = np.zeros((COLLECTED_ROWS, *shape), dtype=np.float32)
         looks = int(self._tuning["looks"][0])
@@ -138,7 +138,7 @@ class Optimizer:
         """Forget the control sequence and its history."""
         for values in (self.v, self.w, self._history_v, self._history_w):
             values[:] = 0.0
-        if not self._is_jazzy:
+        if not self._since_jazzy:
             self.set_speed_limit(0.0)
         self.sent = STOP
 
@@ -165,7 +165,7 @@ class Optimizer:
         if self.failed:
             for _ in range(self._params.retry_attempt_limit + 1):
                 self.reset()
-            raise (ControllerError if self._is_jazzy else ControllerAbort)("Optimizer fail to compute path")
+            raise (ControllerError if self._since_jazzy else ControllerAbort)("Optimizer fail to compute path")
         self.smooth()
         self.chosen = self.v.copy(), self.w.copy()
         return self.send()
@@ -228,7 +228,7 @@ class Optimizer:
             self._tuning, self._call, self._scan, costs, *self._noise, self.v, self.w, *self._speeds, self._keep,
             self._kept, self._looked, self._limited, self._collected,
         )  # fmt: skip
-        sampled = self._limited if self._is_jazzy else self._noise[:2]
+        sampled = self._limited if self._since_jazzy else self._noise[:2]
         return refresh_every, sampled[0], sampled[1], self.v, self.w
 
     def _update(self, rollout: Rollout, rows: NDArray[np.int64]) -> None:
@@ -250,7 +250,7 @@ class Optimizer:
         """Let those critics score that apply and need a roll-out of their own, which few calls do."""
         tuning, call, collected = self._tuning, self._call, self._collected
         for row in rows.tolist():
-            if row == BEARINGS and self._is_jazzy:
+            if row == BEARINGS and self._since_jazzy:
                 score_last_bearings(tuning, call, self._kept, collected)
             elif row == BEARINGS:
                 sweep_bearings(tuning, call, rollout, collected)
@@ -267,7 +267,7 @@ class Optimizer:
 
     def smooth(self) -> None:
         """Apply the Savitzky-Golay filter to the control sequence."""
-        smooth(self.v, self.w, self._history_v, self._history_w, not self._is_jazzy)
+        smooth(self.v, self.w, self._history_v, self._history_w, not self._since_jazzy)
 
     def limit(self) -> None:
         """Bring the filtered control sequence into the limits: up to Jazzy, nothing, as they come before the filter."""
@@ -309,7 +309,7 @@ def _speeds(params: MppiParams) -> tuple[np.float32, ...]:
 
 def _factor(name: str, params: MppiParams, looks: int) -> float:
     """Return the factor of a critic's scores: its weight, and what turns sums over steps into means or integrals."""
-    critic, steps, jazzy = params.critic(name), params.time_steps, params.release != "humble"
+    critic, steps, since_jazzy = params.critic(name), params.time_steps, params.release != "humble"
     if not isinstance(critic, WeightedParams):
         return 1.0
     weight = critic.cost_weight
@@ -317,5 +317,5 @@ def _factor(name: str, params: MppiParams, looks: int) -> float:
         return weight * params.model_dt
     if name == "CostCritic":
         return weight / 254.0 / looks
-    means = ("GoalCritic", "GoalAngleCritic", "TwirlingCritic", "" if jazzy else "PathAngleCritic")
+    means = ("GoalCritic", "GoalAngleCritic", "TwirlingCritic", "" if since_jazzy else "PathAngleCritic")
     return weight / steps if name in means else weight

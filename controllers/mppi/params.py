@@ -25,11 +25,11 @@ from controllers.mppi.critic_params import (
     TwirlingParams,
     VelocityDeadbandParams,
 )
-from controllers.mppi.release_tables import DEFAULTS, MISSING
+from controllers.mppi.release_tables import DEFAULTS, HANDLED, MISSING
 from controllers.parameters import SettingsWithCritics
-from controllers.releases import Release
 from gym_mapbench.errors import ConfigError
 from gym_mapbench.quantities import Count, Natural, NonNegative, Positive
+from gym_mapbench.releases import Release
 from gym_mapbench.settings import ExtendedSettings, Settings
 
 Std = Annotated[Positive, Field(le=100)]
@@ -50,13 +50,7 @@ ROS_ONLY_KEYS = frozenset(
 )
 """Keys of a parameter file that mean nothing without ROS: listed as ignored."""
 
-RENAMED_KEYS = {
-    "PathHandler.prune_distance": "prune_distance",
-    "PathHandler.max_robot_pose_search_dist": "max_robot_pose_search_dist",
-    "PathHandler.enforce_path_inversion": "enforce_path_inversion",
-    "PathHandler.inversion_xy_tolerance": "inversion_xy_tolerance",
-    "PathHandler.inversion_yaw_tolerance": "inversion_yaw_tolerance",
-}
+RENAMED_KEYS = {f"PathHandler.{name}": name for name in HANDLED}
 """Name in newer releases -> name in Humble and Jazzy; both are accepted."""
 
 

@@ -11,8 +11,8 @@ from controllers.mppi.controller import MppiFollower
 from controllers.mppi.motion_model import arrange, forms, take_motion_model
 from controllers.mppi.params import RENAMED_KEYS, ROS_ONLY_KEYS, MppiParams
 from controllers.mppi.records import refuse_short_step
-from controllers.releases import RELEASES, Release
 from gym_mapbench.errors import ConfigError
+from gym_mapbench.releases import RELEASES, Release
 from gym_mapbench.ros_params import Keys, Section, in_every_release
 
 LARGEST_SHARE = 0.6

@@ -8,7 +8,7 @@ from __future__ import annotations
 from collections.abc import Mapping
 from typing import Any
 
-from controllers.releases import Release
+from gym_mapbench.releases import Release
 
 _ACCELERATION = "Humble's MPPI has no acceleration limits"
 _DELAY = "the model has no delay"
@@ -48,25 +48,26 @@ _ONLY_HUMBLE = {
     "ObstaclesCritic.inflation_radius": "{} asks the inflation layer",
 }
 _HANDLER = "Lyrical's path handler cuts the local path for all controllers"
-_HANDLED: dict[str, Any] = {
+HANDLED: dict[str, Any] = {
     "prune_distance": 1.5,
     "max_robot_pose_search_dist": None,
     "enforce_path_inversion": False,
     "inversion_xy_tolerance": 0.2,
     "inversion_yaw_tolerance": 0.4,
 }
+"""Parameters that moved to Lyrical's path handler, with the defaults of older releases."""
 NOT_IN_JAZZY_KEYS = _NEWEST | {name: why.format("Jazzy") for name, why in _ONLY_HUMBLE.items()}
 """Parameters of other releases that Jazzy does not have -> what Jazzy does instead."""
 
 NOT_IN_LYRICAL_KEYS = {
     **{name: why.format("Lyrical") for name, why in _ONLY_HUMBLE.items()},
-    **dict.fromkeys(_HANDLED, _HANDLER),
+    **dict.fromkeys(HANDLED, _HANDLER),
     "CostCritic.inflation_layer_name": _LAYER,
     "ObstaclesCritic.inflation_layer_name": _LAYER,
 }
 """Parameters of other releases that Lyrical does not have, or that are fixed here -> what happens instead."""
 
-JAZZY_DEFAULTS: dict[str, Any] = _HANDLED | {
+JAZZY_DEFAULTS: dict[str, Any] = HANDLED | {
     "reset_period": None,
     "ax_max": 3.0,
     "ax_min": -3.0,
@@ -88,7 +89,7 @@ JAZZY_DEFAULTS: dict[str, Any] = _HANDLED | {
 """Defaults of Jazzy's code where they differ from Humble's; None for parameters that Jazzy does not have."""
 
 LYRICAL_DEFAULTS: dict[str, Any] = JAZZY_DEFAULTS | {
-    **dict.fromkeys(_HANDLED),
+    **dict.fromkeys(HANDLED),
     "model_delay_vx": 0.0,
     "model_delay_vy": 0.0,
     "model_delay_wz": 0.0,
@@ -106,7 +107,7 @@ MISSING: Mapping[Release, Mapping[str, str]] = {
     "lyrical": NOT_IN_LYRICAL_KEYS,
 }
 DEFAULTS: Mapping[Release, Mapping[str, Any]] = {
-    "humble": _HANDLED,
+    "humble": HANDLED,
     "jazzy": JAZZY_DEFAULTS,
     "lyrical": LYRICAL_DEFAULTS,
 }

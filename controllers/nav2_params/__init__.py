@@ -8,8 +8,9 @@ knows its lines; its nodes are found and its release is recognised; then each se
 from __future__ import annotations
 
 from controllers.nav2_params.filters_writing import mask_files
-from controllers.nav2_params.navigation import ControllerPlugin, NavigationParams, PlannerPlugin
+from controllers.nav2_params.navigation import NavigationParams
 from controllers.nav2_params.parsing import Nav2Params, parse_nav2_params
+from controllers.nav2_params.plugin_settings import ControllerPlugin, PlannerPlugin
 from controllers.nav2_params.presets import PRESETS, counterpart, load_preset
 from controllers.nav2_params.reading import read_nav2_params
 from controllers.nav2_params.robot import robot_of

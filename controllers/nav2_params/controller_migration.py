@@ -41,7 +41,7 @@ def migrate_controller(
     _replace_critics(work, full, given, plugin)
     for name, value in plugin.changed_defaults(work.source, work.target).items():
         _write_out(work, controller, name, value, f"{work.source.capitalize()}'s default")
-    layer = inflation if work.target == "humble" != work.source and controller.primary == "mppi" else {}
+    layer = inflation if work.enters("humble") and controller.primary == "mppi" else {}
     for name, value in layer.items():
         _write_out(work, controller, name, value, "the local costmap's")
     here = {name.removeprefix(f"{full}.") for name in moved}

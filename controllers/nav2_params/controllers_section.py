@@ -14,8 +14,10 @@ from controllers.checkers import (
     GoalChecker,
     ProgressChecker,
 )
+from controllers.mppi.release_tables import HANDLED
 from controllers.nav2_params import keys
-from controllers.nav2_params.navigation import ControllerPlugin, ControllerServer
+from controllers.nav2_params.navigation import ControllerServer
+from controllers.nav2_params.plugin_settings import ControllerPlugin
 from controllers.nav2_params.plugins import CONTROLLERS, controller_kind, is_shim, primary_class, strays
 from controllers.nav2_params.tree_ids import CONTROLLER, GOAL_CHECKER, PATH_HANDLER, PROGRESS_CHECKER, TreeIds
 from controllers.path_handler import PATH_HANDLER_ID, PATH_HANDLER_KEYS, PATH_HANDLERS, PathHandler
@@ -25,14 +27,6 @@ from gym_mapbench.ros_params import Section, parameter_names, take_class
 
 TREES_CHOICE = "FollowPath"
 """The controller that Nav2's default tree asks for."""
-HANDLED = (
-    "prune_distance",
-    "max_robot_pose_search_dist",
-    "enforce_path_inversion",
-    "inversion_xy_tolerance",
-    "inversion_yaw_tolerance",
-)
-"""Parameters that moved from the controllers to Lyrical's path handler."""
 HANDLER_LIST = "path_handler_plugins"
 CHECKER_LIST = "progress_checker_plugins"
 HUMBLES_CHECKER = "progress_checker_plugin"

@@ -18,9 +18,9 @@ from controllers.nav2_params.filters_section import (
     USUAL_LIMIT_TOPIC,
 )
 from controllers.nav2_params.navigation import NavigationParams
-from controllers.releases import Release
 from gym_mapbench.costmap import CostmapParams, FilterMask, KeepoutFilter, SpeedFilter
 from gym_mapbench.mapio import Occupancy, occupancy_files
+from gym_mapbench.releases import Release
 
 FOLDER = "maps/masks"
 """Folder of the masks beside a parameter file; ROS 2 packages install ``maps``."""

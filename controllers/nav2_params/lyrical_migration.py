@@ -12,6 +12,7 @@ from typing import Any
 import yaml
 
 from controllers.mppi.motion_model import BLOCKS, CLASSES, CONSTRAINTS, KEY, MODELS, RADIUS
+from controllers.mppi.release_tables import HANDLED as HANDLED_OF_MPPI
 from controllers.nav2_params.controllers_section import HANDLER_LIST, TREES_CHOICE
 from controllers.nav2_params.migration_work import (
     OWN_OF_SHIM,
@@ -29,9 +30,8 @@ from controllers.rotation_shim.plugin import PRIMARY
 from controllers.rpp.plugin import TURNING
 
 _SEARCH = "max_robot_pose_search_dist"
-_OF_MPPI = ("prune_distance", _SEARCH, "enforce_path_inversion", "inversion_xy_tolerance", "inversion_yaw_tolerance")
 HANDLED: Mapping[str, Mapping[str, str]] = {
-    "mppi": {name: name for name in _OF_MPPI},
+    "mppi": {name: name for name in HANDLED_OF_MPPI},
     "rpp": {_SEARCH: _SEARCH},
     "graceful": {_SEARCH: _SEARCH},
     "dwb": {"forward_prune_distance": "prune_distance"},
@@ -51,7 +51,7 @@ def move_path_handling(work: Work, full: str, server: yaml.MappingNode, controll
         The full names that the parameters have, or had, in the groups of the controllers.
     """
     given = {entry.name: entry for entry in entries(server)}
-    if "controller_plugins" not in given or (work.source == "lyrical") == (work.target == "lyrical"):
+    if "controller_plugins" not in given or not work.crosses("lyrical"):
         return frozenset()
     if work.target != "lyrical":
         return _return_handling(work, full, server, controllers, given)
@@ -111,7 +111,7 @@ def _return_handling(
 
 def migrate_forms(work: Work, controllers: Controllers) -> None:
     """Bring motion models and Rotation Shims into the form that the target starts with."""
-    if (work.source == "lyrical") == (work.target == "lyrical"):
+    if not work.crosses("lyrical"):
         return
     for controller in controllers.values():
         lyrical = work.target == "lyrical"

@@ -46,17 +46,12 @@ from controllers.nav2_params.smoother_migration import NODE as SMOOTHER_SERVER
 from controllers.nav2_params.smoother_migration import migrate_smoothers
 from controllers.nav2_params.tree_file import NAVIGATOR
 from controllers.nav2_params.tree_ids import PROGRESS_CHECKER
-from controllers.nav2_params.wildcard_migration import (
-    Nodes,
-    nodes_of,
-    refuse_shared_name,
-    refuse_split_controllers,
-)
+from controllers.nav2_params.wildcard_migration import Nodes, nodes_of, refuse_shared_name, refuse_split_controllers
 from controllers.nav2_params.wildcards import share
 from controllers.nav2_params.yaml_edits import Edits, Entry, as_yaml, entries
-from controllers.releases import Release
 from gym_mapbench.errors import ConfigError
 from gym_mapbench.files.documents import parse_yaml, read_document_text
+from gym_mapbench.releases import Release
 from gym_mapbench.ros_params import known_class
 
 
@@ -212,7 +207,7 @@ def _is_unknown(work: Work, full: str, nodes: Nodes, entry: Entry) -> bool:
     if "behavior_server" in nodes and OVERTAKEN.get(work.target, {}).get(entry.name) in siblings:
         refuse_shared_name(full, "behavior_server", entry)
         return True
-    lyricals = LYRICALS if work.source == "lyrical" != work.target else {}
+    lyricals = LYRICALS if work.leaves("lyrical") else {}
     of_nodes = [*UNKNOWN[work.target].items(), *lyricals.items()]
     patterns = [pattern for name, patterns in of_nodes if _is_for(name, nodes) for pattern in patterns]
     return any(fnmatchcase(entry.name, pattern) for pattern in patterns)
@@ -304,7 +299,7 @@ def _tell_defaults(work: Work, full: str, nodes: Nodes, group: yaml.MappingNode)
         message, unlike = "TwistStamped" if stamped else "Twist", "; Kilted publishes TwistStamped"
         why = f"since {source} publishes {message} by default{unlike if source == 'Jazzy' else ''}"
         work.write_out(full, group, STAMPED, stamped, why)
-    if work.target == "lyrical" != work.source:
+    if work.enters("lyrical"):
         for node in nodes:
             _tell_new_defaults(work, full, NEW_DEFAULTS.get(node, {}), group)
 

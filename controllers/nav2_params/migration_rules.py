@@ -9,7 +9,7 @@ from collections.abc import Mapping
 from typing import NamedTuple
 
 from controllers.nav2_params.signs import OF_CLASSES
-from controllers.releases import RELEASES, Release
+from gym_mapbench.releases import RELEASES, Release
 
 
 class Rename(NamedTuple):

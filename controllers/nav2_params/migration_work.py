@@ -12,11 +12,11 @@ from controllers.descriptor import Nav2Controller
 from controllers.nav2_params.plugins import CONTROLLERS, SHIMS, controller_kind
 from controllers.nav2_params.yaml_edits import Edits, Entry, as_yaml, entries
 from controllers.parameters import SettingsWithCritics
-from controllers.releases import Release
 from controllers.rotation_shim.plugin import OWN_KEYS as SHIM_KEYS
 from controllers.rotation_shim.plugin import PRIMARY
 from controllers.rpp.plugin import TURNING
 from gym_mapbench.errors import ConfigError
+from gym_mapbench.releases import Release
 from gym_mapbench.ros_params import RosPlugin, nest_dotted
 
 OWN_OF_SHIM = frozenset({*SHIM_KEYS, *TURNING.values(), "plugin"})
@@ -44,6 +44,18 @@ class Work:
     named_by_trees: Mapping[str, str]
     done: list[str] = field(default_factory=list)
     lost: list[str] = field(default_factory=list)
+
+    def enters(self, release: Release) -> bool:
+        """Return whether the file becomes one of a distribution of which it was not."""
+        return self.target == release != self.source
+
+    def leaves(self, release: Release) -> bool:
+        """Return whether the file was one of a distribution, and is no longer."""
+        return self.source == release != self.target
+
+    def crosses(self, release: Release) -> bool:
+        """Return whether the file becomes one of a distribution, or was one and is no longer."""
+        return self.enters(release) or self.leaves(release)
 
     def say(self, full: str, line: int, what: str) -> None:
         """Add a line about a change."""
@@ -153,7 +165,7 @@ def children(group: yaml.MappingNode) -> Iterator[Entry]:
 
 def placed(work: Work, controller: ControllerGroup, name: str) -> str:
     """Return the name under which a new parameter of a controller stands in its group in the target."""
-    into_primary = work.target == "lyrical" != work.source and controller.kind in SHIMS
+    into_primary = work.enters("lyrical") and controller.kind in SHIMS
     return f"{PRIMARY}.{name}" if into_primary and name.partition(".")[0] not in OWN_OF_SHIM else name
 
 

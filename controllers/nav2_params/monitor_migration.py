@@ -16,7 +16,7 @@ from controllers.collision_monitor import ACTION_TYPES, POLYGON_TYPES, SOURCE_TY
 from controllers.nav2_params.migration_work import Work, listed, value_of
 from controllers.nav2_params.monitor_section import as_flat, as_text, write_corners
 from controllers.nav2_params.yaml_edits import Entry, as_yaml, entries
-from controllers.releases import Release
+from gym_mapbench.releases import Release
 
 NODE = "collision_monitor"
 Given = Mapping[str, Entry]
@@ -28,13 +28,13 @@ def migrate_monitor(work: Work, full: str, group: yaml.MappingNode) -> None:
     given = {entry.name: entry for entry in entries(group)}
     _keep_known(work, full, given, "polygons", {"type": POLYGON_TYPES, "action_type": ACTION_TYPES})
     _keep_known(work, full, given, "observation_sources", {"type": SOURCE_TYPES})
-    if (work.source == "humble") != (work.target == "humble"):
+    if work.crosses("humble"):
         for name, entry in given.items():
             if name.endswith(".points"):
                 _rewrite_points(work, full, entry)
             elif name.endswith(".max_points" if work.source == "humble" else ".min_points"):
                 _recount(work, full, entry, given)
-    if "limit" in ACTION_TYPES[work.source] and work.source != work.target == "lyrical":
+    if "limit" in ACTION_TYPES[work.source] and work.enters("lyrical"):
         _tell_limits(work, full, given)
 
 

@@ -18,8 +18,8 @@ from controllers.collision_monitor import (
     VelocityRange,
 )
 from controllers.nav2_params.keys import COLLISION_MONITOR, MONITOR_POLYGON, MONITOR_SOURCE
-from controllers.releases import Release
 from gym_mapbench.errors import ConfigError
+from gym_mapbench.releases import Release
 from gym_mapbench.ros_params import Keys, Section
 
 CORNERS_LEAST = 4

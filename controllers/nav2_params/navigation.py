@@ -11,43 +11,20 @@ from typing import Annotated, Any, ClassVar, Literal, Self
 
 from pydantic import BeforeValidator, Field, field_validator, model_validator
 
-from controllers.behaviors import (
-    DRIVE_ON_HEADING,
-    BehaviorServer,
-    BehaviorTree,
-    DriveLimits,
-    default_behaviors,
-    default_tree,
-)
+from controllers.behaviors import DRIVE_ON_HEADING, BehaviorServer, BehaviorTree, default_behaviors, default_tree
 from controllers.checkers import GOAL_CHECKERS, GoalChecker, ProgressChecker
 from controllers.collision_monitor import CollisionMonitor
 from controllers.nav2_params.plugin_settings import ControllerPlugin, PlannerPlugin, SmootherPlugin, with_release
 from controllers.nav2_params.plugins import CONTROLLERS, SHIMS
 from controllers.path_handler import PathHandler
-from controllers.releases import RELEASES, Release
 from controllers.rotation_shim.plugin import configured_inside
-from controllers.tree_xml import asked_behaviors, cleared_layers, plugin_names, read_tree, smooths_paths
+from controllers.tree_xml.needs import asked_behaviors, cleared_layers, plugin_names, smooths_paths
+from controllers.tree_xml.reading import read_tree
 from gym_mapbench.costmap import CostmapParams
 from gym_mapbench.errors import ConfigError, unknown_name
 from gym_mapbench.quantities import NonNegative, Positive
+from gym_mapbench.releases import RELEASES, Release
 from gym_mapbench.settings import ExtendedSettings, Settings
-
-__all__ = [
-    "BehaviorServer",
-    "BehaviorTree",
-    "CollisionMonitor",
-    "ControllerPlugin",
-    "ControllerServer",
-    "DriveLimits",
-    "GoalChecker",
-    "NavigationParams",
-    "PlannerPlugin",
-    "ProgressChecker",
-    "SmootherPlugin",
-    "VelocitySmoother",
-    "default_behaviors",
-    "default_tree",
-]
 
 
 def _three(value: object) -> object:

@@ -7,7 +7,14 @@ from dataclasses import dataclass
 from functools import partial
 from typing import Any
 
-from controllers.behaviors import DRIVE_ON_HEADING, DriveLimits, default_limits
+from controllers.behaviors import (
+    DRIVE_ON_HEADING,
+    BehaviorServer,
+    BehaviorTree,
+    DriveLimits,
+    default_limits,
+    default_tree,
+)
 from controllers.nav2_params import keys
 from controllers.nav2_params.controllers_section import ControllersFound, read_controllers
 from controllers.nav2_params.costmap_section import read_costmap
@@ -15,24 +22,18 @@ from controllers.nav2_params.document import Document, refuse_bomb
 from controllers.nav2_params.filter_servers import FilterServers
 from controllers.nav2_params.filters_section import read_filters
 from controllers.nav2_params.monitor_section import read_monitor
-from controllers.nav2_params.navigation import (
-    BehaviorServer,
-    BehaviorTree,
-    NavigationParams,
-    PlannerPlugin,
-    VelocitySmoother,
-    default_tree,
-)
+from controllers.nav2_params.navigation import NavigationParams, VelocitySmoother
 from controllers.nav2_params.nodes import COSTMAPS, SECTIONS, all_nodes, find_sections
+from controllers.nav2_params.plugin_settings import PlannerPlugin
 from controllers.nav2_params.plugins import BEHAVIORS, DRIVES, PLANNERS, names_in_ros, stand_in
 from controllers.nav2_params.recognition import Recognition, recognise
 from controllers.nav2_params.smoothers_section import read_smoothers
 from controllers.nav2_params.tree_file import NAVIGATOR, take_tree
 from controllers.nav2_params.tree_ids import CONTROLLER, PLANNER, TreeIds
 from controllers.nav2_params.wildcards import share
-from controllers.releases import Release
-from controllers.tree_xml import asked_behaviors
+from controllers.tree_xml.needs import asked_behaviors
 from gym_mapbench.errors import ConfigError, nearest_name
+from gym_mapbench.releases import Release
 from gym_mapbench.ros_params import (
     Finding,
     Findings,

@@ -9,11 +9,11 @@ from typing import Any
 from pydantic import Field, ValidationInfo, field_validator
 
 from controllers.nav2_params.plugins import CONTROLLERS
-from controllers.releases import Release
 from gym_mapbench.errors import ConfigError, refuse_unknown
 from gym_mapbench.planners import PLANNERS
 from gym_mapbench.quantities import Positive
 from gym_mapbench.registry import Registry
+from gym_mapbench.releases import Release
 from gym_mapbench.ros_params import RELEASE
 from gym_mapbench.settings import Settings
 from gym_mapbench.smoothers import SMOOTHERS

@@ -7,12 +7,10 @@ from typing import Any
 
 from controllers.nav2_params.navigation import NavigationParams
 from controllers.nav2_params.parsing import parse_nav2_params
-from controllers.releases import RELEASES, Release
 from gym_mapbench.errors import refuse_unknown
 from gym_mapbench.files.bundled import read_bundled
+from gym_mapbench.releases import RELEASES, Release
 from gym_mapbench.ros_params import overlay
-
-__all__ = ["PRESETS", "counterpart", "load_preset", "overlay", "read_preset"]
 
 PRESETS = ("thesis", "fair", "jazzy", "jazzy_fair", "lyrical", "lyrical_fair")
 COUNTERPARTS = (("thesis", "jazzy", "lyrical"), ("fair", "jazzy_fair", "lyrical_fair"))

@@ -6,14 +6,14 @@ from collections.abc import Mapping
 from dataclasses import replace
 from pathlib import Path
 
-from controllers.nav2_params.document import Document, read_document, refuse_bomb
+from controllers.nav2_params.document import Document, read_document
 from controllers.nav2_params.nodes import all_nodes
 from controllers.nav2_params.parsing import Nav2Params, parse_nav2_params
 from controllers.nav2_params.presets import PRESETS, load_preset
 from controllers.nav2_params.recognition import recognise
 from controllers.nav2_params.wildcards import share
-from controllers.releases import Release
 from gym_mapbench.errors import ConfigError
+from gym_mapbench.releases import Release
 
 
 def read_nav2_params(
@@ -57,7 +57,6 @@ def read_nav2_params(
         document = read_document(path, defines)
         if folder is not None:
             document = replace(document, folder=Path(folder))
-        refuse_bomb(document.values)
         nodes = all_nodes(document.values)
         document = document.with_lines(share(nodes).origins)
         known = release or recognise(nodes).release

@@ -8,8 +8,8 @@ from dataclasses import dataclass
 from controllers.nav2_params.nodes import Node
 from controllers.nav2_params.signs import DRIVES, IGNORED, STARTS, Sign, marks_of, signs_of
 from controllers.nav2_params.wildcards import share
-from controllers.releases import RELEASES, Release
 from gym_mapbench.errors import ConfigError
+from gym_mapbench.releases import RELEASES, Release
 
 CLEAR_MAJORITY = 2
 """Where there are signs of both sides, one needs more than this many times the signs of the other."""

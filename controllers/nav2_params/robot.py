@@ -11,7 +11,7 @@ from controllers.descriptor import Limits, highest
 from controllers.nav2_params.navigation import NavigationParams
 from controllers.nav2_params.parsing import Nav2Params
 from controllers.nav2_params.plugins import CONTROLLERS
-from controllers.tree_xml import read_tree
+from controllers.tree_xml.reading import read_tree
 from gym_mapbench.costmap import CostmapParams
 from gym_mapbench.world.robot import RobotSpec
 

@@ -12,8 +12,8 @@ from typing import NamedTuple
 from controllers.nav2_params.document import PARAMETERS
 from controllers.nav2_params.nodes import Node, is_wildcard
 from controllers.nav2_params.plugins import CONTROLLERS, controller_kind
-from controllers.releases import RELEASES, Release
 from gym_mapbench.errors import ConfigError
+from gym_mapbench.releases import RELEASES, Release
 from gym_mapbench.ros_params import leaves, nest_dotted
 
 Releases = tuple[Release, ...]

@@ -31,6 +31,6 @@ def _migrate(work: Work, full: str, kind: str, group: yaml.MappingNode) -> None:
         if name in given:
             work.take_out(full, given[name], why)
     tell_awakened(work, full, given, plugin)
-    refines = work.source == "humble" != work.target and REFINEMENTS in plugin.keys.missing["humble"]
+    refines = work.leaves("humble") and REFINEMENTS in plugin.keys.missing["humble"]
     if refines and REFINEMENTS not in given:
         work.write_out(full, group, REFINEMENTS, HUMBLES_REFINEMENTS, "as often as Humble refines")

@@ -10,7 +10,7 @@ from controllers.collision_monitor import CollisionMonitor, MonitorPolygon
 from controllers.nav2_params.navigation import NavigationParams
 from controllers.nav2_params.parsing import Nav2Params
 from controllers.nav2_params.plugins import CONTROLLERS, PLANNERS, SMOOTHERS
-from controllers.tree_xml import read_tree
+from controllers.tree_xml.reading import read_tree
 from gym_mapbench.costmap import KeepoutFilter, SpeedFilter
 from gym_mapbench.costmap.filter_mask import HIGHEST
 from gym_mapbench.ros_params import KINDS, Finding, Kind

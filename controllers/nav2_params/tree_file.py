@@ -11,9 +11,13 @@ from pathlib import Path
 
 from controllers.nav2_params.document import PARAMETERS
 from controllers.nav2_params.migration_rules import TREE_PLUGINS
-from controllers.releases import Release
-from controllers.tree_xml import TreeError, TreeNode, TreeText, plugin_names, read_text, read_tree
+from controllers.tree_xml.includes import TreeText, read_text
+from controllers.tree_xml.labels import TreeError
+from controllers.tree_xml.needs import plugin_names
+from controllers.tree_xml.nodes import TreeNode
+from controllers.tree_xml.reading import read_tree
 from gym_mapbench.errors import ConfigError
+from gym_mapbench.releases import Release
 from gym_mapbench.ros_params import Section, leaves
 
 NAVIGATOR = "bt_navigator"

@@ -16,8 +16,9 @@ from controllers.dwb.plugin import critic_class
 from controllers.nav2_params.costmap_section import LEGACY_LAYERS
 from controllers.nav2_params.migration import parameter_groups
 from controllers.nav2_params.migration_work import OWN_OF_SHIM
-from controllers.nav2_params.navigation import ControllerPlugin, NavigationParams
+from controllers.nav2_params.navigation import NavigationParams
 from controllers.nav2_params.nodes import COSTMAPS, all_nodes
+from controllers.nav2_params.plugin_settings import ControllerPlugin
 from controllers.nav2_params.plugins import CONTROLLERS, COSTMAP_LAYERS
 from controllers.nav2_params.wildcards import giving_sections
 from controllers.nav2_params.yaml_edits import Edits, Entry, as_yaml, entries

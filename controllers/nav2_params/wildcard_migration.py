@@ -52,7 +52,6 @@ def refuse_split_controllers(groups: Groups, work: Work) -> None:
     """
     found = ((full, group) for full, _, group in groups)
     servers = [one for one in found if SERVER in nodes_of(*one) or is_wildcard(_name(one[0]))]
-    crosses = (work.source == "lyrical") != (work.target == "lyrical")
     for full, group in servers:
         wild, own = is_wildcard(full), _first_names(group)
         rivals = ((place, other) for place, other in servers if place != full and (wild or is_wildcard(place)))
@@ -61,9 +60,9 @@ def refuse_split_controllers(groups: Groups, work: Work) -> None:
             for place, names in others.items():
                 if name in names:
                     raise ConfigError(f"{full}.{name}: expected all parameters in one section, got others in {place}")
-                if crosses and names & HANDLING:
+                if work.crosses("lyrical") and names & HANDLING:
                     raise ConfigError(f"{full}.{name}: expected beside {CONTROLLERS}, which is in {place}")
-            if crosses and wild and CONTROLLERS not in own:
+            if work.crosses("lyrical") and wild and CONTROLLERS not in own:
                 raise ConfigError(f"{full}.{name}: expected beside {CONTROLLERS}, or under {SERVER}")
 
 

@@ -5,19 +5,21 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from typing import Any
 
-from controllers.behaviors import DRIVE_ON_HEADING, default_limits
+from controllers.behaviors import DRIVE_ON_HEADING, BehaviorServer, default_limits
 from controllers.checkers import GOAL_CHECKERS, PROGRESS_CHECKERS, ProgressChecker
 from controllers.collision_monitor import CollisionMonitor
 from controllers.nav2_params.filters_writing import filter_groups, filter_nodes
 from controllers.nav2_params.migration_rules import CODES, ENDING, PREFIXES
 from controllers.nav2_params.monitor_section import write_monitor
-from controllers.nav2_params.navigation import BehaviorServer, ControllerServer, NavigationParams, PlannerPlugin
+from controllers.nav2_params.navigation import ControllerServer, NavigationParams
+from controllers.nav2_params.plugin_settings import PlannerPlugin
 from controllers.nav2_params.plugins import BEHAVIORS, CONTROLLERS, COSTMAP_LAYERS, DRIVES, PLANNERS, SMOOTHERS
 from controllers.path_handler import PATH_HANDLER_ID, PATH_HANDLERS
-from controllers.releases import Release
-from controllers.tree_xml import read_tree, written_codes
+from controllers.tree_xml.needs import written_codes
+from controllers.tree_xml.reading import read_tree
 from gym_mapbench.costmap import FILTERS, CostmapParams
 from gym_mapbench.errors import ConfigError
+from gym_mapbench.releases import Release
 from gym_mapbench.ros_params import leaves, overlay
 from gym_mapbench.settings import Settings
 from gym_mapbench.world.robot import RobotSpec

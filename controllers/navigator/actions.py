@@ -5,6 +5,7 @@ Source: nav2_util (Humble and Jazzy) include/nav2_util/simple_action_server.hpp.
 
 from __future__ import annotations
 
+from abc import abstractmethod
 from collections import deque
 from dataclasses import dataclass
 from enum import StrEnum
@@ -43,39 +44,36 @@ class Outcome(NamedTuple):
 class Executor(Protocol):
     """What an action server executes, one goal at a time.
 
-    ``next_time`` is when it has something to do, s. ``listens`` says whether it looks at cancellations and new goals
-    when it does its next step.
+    Attributes:
+        next_time: When :meth:`step` has something to do, s.
     """
 
-    @property
-    def next_time(self) -> float:
-        """When :meth:`step` has something to do, s."""
-        ...
+    next_time: float
 
     @property
     def listens(self) -> bool:
         """Whether cancellations and new goals are looked at before the next step."""
-        ...
+        return True
 
     def accepts(self, goal: Any) -> bool:
         """Return whether a goal is taken at all."""
-        ...
+        return True
 
+    @abstractmethod
     def begin(self, goal: Any, now: float) -> None:
         """Begin a goal; the first step follows."""
-        ...
 
     def update(self, goal: Any, now: float) -> bool:
         """Go on with a newer goal; False if the newer goal has to begin instead."""
-        ...
+        return False
 
+    @abstractmethod
     def step(self, now: float) -> Outcome | None:
         """Do what is due; None while the goal is not ended."""
-        ...
 
+    @abstractmethod
     def cancel(self) -> None:
         """Stop the robot, because the goal has been cancelled or replaced."""
-        ...
 
 
 @dataclass(eq=False)

@@ -8,8 +8,8 @@ from __future__ import annotations
 from collections.abc import Callable, Iterable
 
 from controllers.base import STOP, Twist
-from controllers.nav2_params.navigation import BehaviorServer as BehaviorServerParams
-from controllers.navigator.actions import Outcome, Result
+from controllers.behaviors import BehaviorServer as BehaviorServerParams
+from controllers.navigator.actions import Executor, Outcome, Result
 from controllers.navigator.behaviors import Behavior
 from controllers.navigator.rate import NEVER, TIME_RESOLUTION, Rate
 from controllers.navigator.robot_state import RobotState
@@ -21,7 +21,7 @@ from gym_mapbench.world.scenario import Pose
 DONE, FAILED = Outcome(Result.SUCCEEDED), Outcome(Result.ABORTED)
 
 
-class BehaviorServer:
+class BehaviorServer(Executor):
     """Runs one behaviour at a time, at its own slower rate; it is what an action server of a behaviour executes.
 
     Args:
@@ -35,7 +35,6 @@ class BehaviorServer:
         next_time: When the next cycle begins, s.
     """
 
-    listens = True
     _behavior: Behavior
     _started: float
 
@@ -51,19 +50,11 @@ class BehaviorServer:
         self._footprint, self._robot, self._costmap, self._publish = footprint, robot, costmap, publish
         self.next_time = NEVER
 
-    def accepts(self, goal: Behavior) -> bool:
-        """Return True: every goal is taken."""
-        return True
-
     def begin(self, goal: Behavior, now: float) -> None:
         """Start a behaviour; its first cycle begins at once."""
         self._behavior, self._started, self.next_time = goal, now, now
         self._makes_sense = goal.on_run(self._robot.local_pose)
         self._rate.start(now)
-
-    def update(self, goal: Behavior, now: float) -> bool:
-        """Return False: a newer goal begins a behaviour of its own."""
-        return False
 
     def step(self, now: float) -> Outcome | None:
         """Do the cycle that is due."""

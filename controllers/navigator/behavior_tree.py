@@ -73,8 +73,15 @@ class Node(ABC):
         """Stop whatever is running."""
 
 
-class Condition(Node):
-    """A leaf that asks a question: SUCCESS for yes, FAILURE for no."""
+class Question(Node):
+    """A leaf that is never RUNNING."""
+
+    def halt(self) -> None:
+        """Do nothing: there is nothing to stop."""
+
+
+class Condition(Question):
+    """A leaf that asks whether something holds: SUCCESS for yes, FAILURE for no."""
 
     def __init__(self, holds: Callable[[], bool]) -> None:
         self._holds = holds
@@ -82,9 +89,6 @@ class Condition(Node):
     def tick(self) -> Status:
         """Ask the question."""
         return Status.SUCCESS if self._holds() else Status.FAILURE
-
-    def halt(self) -> None:
-        """Do nothing: a condition is never RUNNING."""
 
 
 class Control(Node):

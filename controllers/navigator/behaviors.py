@@ -14,7 +14,7 @@ import numpy as np
 
 from controllers.base import Twist
 from controllers.behaviors import NO_LIMITS, DriveLimits
-from controllers.nav2_params.navigation import BehaviorServer as BehaviorServerParams
+from controllers.behaviors import BehaviorServer as BehaviorServerParams
 from controllers.navigator.rate import TIME_RESOLUTION
 from gym_mapbench.world.scenario import Pose, wrap_angle
 

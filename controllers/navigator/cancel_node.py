@@ -7,8 +7,7 @@ from __future__ import annotations
 
 from controllers.navigator.action_nodes import SERVER_TIMEOUT
 from controllers.navigator.actions import ActionServer
-from controllers.navigator.behavior_tree import Status
-from controllers.navigator.conditions import Question
+from controllers.navigator.behavior_tree import Question, Status
 from controllers.navigator.rate import TIME_RESOLUTION, Clock
 
 YOUNGEST = 0.010

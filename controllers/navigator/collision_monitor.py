@@ -16,10 +16,10 @@ from numpy.typing import NDArray
 from controllers.base import STOP, Twist
 from controllers.collision_monitor import ActionType, MonitorPolygon, VelocityRange
 from controllers.collision_monitor import CollisionMonitor as CollisionMonitorParams
-from controllers.releases import Release
 from gym_mapbench.kernels.collision_points import collision_time, count_inside
 from gym_mapbench.kernels.frames import in_robot_frame
 from gym_mapbench.kernels.jit import plain
+from gym_mapbench.releases import Release
 from gym_mapbench.world.footprint import Footprint
 from gym_mapbench.world.frames import IDENTITY
 from gym_mapbench.world.lidar import LidarSettings

@@ -2,14 +2,14 @@
 
 from __future__ import annotations
 
-from abc import ABC, abstractmethod
+from abc import abstractmethod
 from typing import Any
 
-from controllers.navigator.actions import Outcome
+from controllers.navigator.actions import Executor, Outcome
 from controllers.navigator.rate import NEVER
 
 
-class Computing(ABC):
+class Computing(Executor):
     """Computes the result of a goal at once, and hands it over when the time for it has passed.
 
     It does not look at cancellations, and takes a new goal when it is done with the old one.
@@ -32,17 +32,9 @@ class Computing(ABC):
     def compute(self) -> Outcome:
         """Compute the result of the goal in ``self.goal``."""
 
-    def accepts(self, goal: Any) -> bool:
-        """Return True: every goal is taken."""
-        return True
-
     def begin(self, goal: Any, now: float) -> None:
         """Begin with a goal."""
         self.goal, self._outcome, self.next_time = goal, None, now
-
-    def update(self, goal: Any, now: float) -> bool:
-        """Return False: a newer goal is computed by itself."""
-        return False
 
     def step(self, now: float) -> Outcome | None:
         """Compute, or hand over the result."""
@@ -51,5 +43,5 @@ class Computing(ABC):
         self._outcome, self.next_time = self.compute(), now + self._seconds
         return None
 
-    def cancel(self) -> None:  # noqa: B027 - nothing to do for any of them
+    def cancel(self) -> None:
         """Do nothing: a computation does not move the robot."""

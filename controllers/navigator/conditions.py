@@ -8,19 +8,12 @@ from __future__ import annotations
 from collections.abc import Callable
 from typing import Any, Generic, TypeVar
 
-from controllers.navigator.behavior_tree import Node, Status
+from controllers.navigator.behavior_tree import Question, Status
 from controllers.navigator.decorators import between
 from controllers.navigator.rate import TIME_RESOLUTION
 from gym_mapbench.world.scenario import Pose
 
 T = TypeVar("T")
-
-
-class Question(Node):
-    """A leaf that is never RUNNING."""
-
-    def halt(self) -> None:
-        """Do nothing: there is nothing to stop."""
 
 
 class GlobalUpdatedGoal(Question):

@@ -15,15 +15,15 @@ import numpy as np
 from numpy.typing import NDArray
 
 from controllers.base import STOP, ControllerAbort, ControllerError, GoalChecker, LocalPlan, PathFollower, Twist
-from controllers.feasible_path_handler import FeasiblePathHandler
 from controllers.nav2_params.navigation import ControllerServer as ControllerServerParams
 from controllers.navigator import error_codes
-from controllers.navigator.actions import Outcome, Result
+from controllers.navigator.actions import Executor, Outcome, Result
 from controllers.navigator.checkers import make_goal_checker, make_progress_checker
 from controllers.navigator.costmap_wait import CostmapWait, ServedCostmap
+from controllers.navigator.path_handler import FeasiblePathHandler
 from controllers.navigator.rate import NEVER, TIME_RESOLUTION, Rate
 from controllers.navigator.robot_state import RobotState
-from controllers.releases import Release
+from gym_mapbench.releases import Release
 from gym_mapbench.world.frames import IDENTITY, transform_path
 from gym_mapbench.world.scenario import Pose
 
@@ -35,7 +35,7 @@ def no_time() -> float:
     return 0.0
 
 
-class ControllerServer:
+class ControllerServer(Executor):
     """Follows a path until its end is reached or the follower has failed for too long.
 
     It cycles at ``controller_frequency``, and waits for the local costmap where that has been cleared.
@@ -101,10 +101,6 @@ class ControllerServer:
     def listens(self) -> bool:
         """Whether cancellations and new paths are looked at: not while the server waits for the costmap."""
         return not self._wait.is_waiting
-
-    def accepts(self, goal: NDArray[np.float64]) -> bool:
-        """Return True: every path is taken."""
-        return True
 
     def begin(self, goal: NDArray[np.float64], now: float) -> None:
         """Begin to follow a path, ``(n, 3)`` x, y in m and yaw in rad on the map."""

@@ -10,7 +10,7 @@ from collections.abc import Sequence
 import numpy as np
 from numpy.typing import NDArray
 
-from controllers.navigator.costmap_wait import UpdateSchedule
+from controllers.navigator.costmap_wait import ScheduledCostmap
 from controllers.navigator.rate import NEVER, TIME_RESOLUTION
 from gym_mapbench.costmap import Costmap, CostmapParams, LaserScan, LayeredCostmap, SpeedLimit
 from gym_mapbench.errors import ConfigError
@@ -24,7 +24,7 @@ from gym_mapbench.world.scenario import Pose
 Ranges = NDArray[np.floating]
 
 
-class CostmapServer:
+class CostmapServer(ScheduledCostmap):
     """A costmap, global or local, updated at ``update_frequency`` with the newest scan.
 
     Args:
@@ -39,8 +39,8 @@ class CostmapServer:
     _taken_at: Pose
 
     def __init__(self, params: CostmapParams, grid: GridMap, footprint: Footprint, lidar: LidarSettings) -> None:
+        super().__init__(params.update_frequency)
         self._layered = LayeredCostmap(params, grid, footprint)
-        self._schedule = UpdateSchedule(params.update_frequency)
         self._publish_period = 1.0 / params.publish_frequency if params.publish_frequency > 0.0 else NEVER
         self._published: Costmap | None = None
         self._published_at = -NEVER
@@ -55,15 +55,6 @@ class CostmapServer:
     def published(self) -> Costmap | None:
         """Return the costmap as it was last published, which is how the recovery behaviours see it; None before."""
         return self._published
-
-    @property
-    def next_update(self) -> float:
-        """When the next update is due, s."""
-        return self._schedule.next_update
-
-    def is_current(self, now: float) -> bool:
-        """Whether the costmap, at ``now`` (s), has been updated since it was cleared."""
-        return self._schedule.is_current(now)
 
     def observe(self, pose: Pose, scan: Ranges) -> None:
         """Take a new scan; the next update uses it.
@@ -91,7 +82,7 @@ class CostmapServer:
         Returns:
             The speed limits that the filters published meanwhile, in order.
         """
-        if not self._schedule.is_due(now):
+        if not self.is_due(now):
             return ()
         self._update(pose, on_map)
         if now - self._published_at > self._publish_period + TIME_RESOLUTION:
@@ -105,7 +96,7 @@ class CostmapServer:
         """
         self._layered.clear(plugins)
         if not plugins:
-            self._schedule.clear()
+            self.outdate()
 
     def clear_square(self, robot: Pose, side: float, *, outside: bool, plugins: Sequence[str] = ()) -> None:
         """Forget the observations in a square around the robot, or all but those (``ClearAroundRobot`` and the like).
@@ -117,7 +108,7 @@ class CostmapServer:
             plugins: Lyrical: names of the layers; none for all that look at scans.
         """
         if self._layered.clear_square(robot.x, robot.y, side, outside=outside, plugins=plugins):
-            self._schedule.clear()
+            self.outdate()
 
     def _update(self, pose: Pose, on_map: Pose | None) -> None:
         if not self._is_buffered:

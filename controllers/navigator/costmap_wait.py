@@ -15,8 +15,8 @@ POLL_PERIOD = 0.01
 """Seconds between two looks at the costmap."""
 
 
-class UpdateSchedule:
-    """When a costmap is updated, and whether it has been updated since it was cleared.
+class ScheduledCostmap:
+    """A costmap that is updated at a rate, and knows whether it has been updated since it was cleared.
 
     Args:
         update_frequency: Updates per second, Hz.
@@ -40,8 +40,8 @@ class UpdateSchedule:
         self._current_from = min(self._current_from, now)
         return True
 
-    def clear(self) -> None:
-        """Make the costmap wait for its next update."""
+    def outdate(self) -> None:
+        """Let those who need a current costmap wait for its next update."""
         self._current_from = NEVER
 
     def is_current(self, now: float) -> bool:

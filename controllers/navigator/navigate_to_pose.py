@@ -1,32 +1,19 @@
-"""NavigateToPose: Nav2's default behaviour tree and its leaves.
+"""NavigateToPose: the leaves of Nav2's default behaviour tree, and the blackboard that they share.
 
-Source: nav2_bt_navigator (Humble, Jazzy and Lyrical)
-behavior_trees/navigate_to_pose_w_replanning_and_recovery.xml and the nodes of nav2_behavior_tree.
+Source: the nodes of nav2_behavior_tree (Humble, Jazzy and Lyrical).
 """
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Collection, Mapping
 from dataclasses import dataclass, field
-from functools import cached_property, partial
+from functools import cached_property
 from typing import Any, NamedTuple
 
-from controllers.nav2_params.navigation import NavigationParams
 from controllers.navigator import error_codes
 from controllers.navigator.action_nodes import ActionNode, ServiceNode
 from controllers.navigator.actions import ActionServer, Outcome, Result
-from controllers.navigator.behavior_tree import (
-    Condition,
-    Fallback,
-    Node,
-    PipelineSequence,
-    RateController,
-    ReactiveFallback,
-    RecoveryNode,
-    RoundRobin,
-    Sequence,
-)
-from controllers.navigator.behaviors import BackUp, Behavior, Spin, Wait
+from controllers.navigator.behaviors import Behavior
 from controllers.navigator.latency import Latency
 from controllers.navigator.rate import Clock
 from controllers.navigator.robot_state import RobotOnMap
@@ -36,8 +23,8 @@ from gym_mapbench.world.scenario import Pose
 
 NO_PATH: tuple[()] = ()
 """What is on the blackboard while there is no path."""
-PATH, PLANNER_CODE, CONTROLLER_CODE = "path", "compute_path_error_code", "follow_path_error_code"
-"""Variables of the default tree."""
+PATH = "path"
+"""The variable of the path that is followed, unless a tree names another."""
 
 
 class Square(NamedTuple):
@@ -143,21 +130,9 @@ class Blackboard:
         """Whether a path ends where a plan does; a path whose end was cut off does not."""
         return any(end in self.plan_ends for end in _ends_of(path))
 
-    def would_planner_recovery_help(self, code: str = PLANNER_CODE) -> bool:
-        """Whether a recovery may help the planner (``WouldAPlannerRecoveryHelp``)."""
-        return self.codes.get(code, error_codes.NONE) in error_codes.PLANNER_RECOVERY_HELPS
-
-    def would_controller_recovery_help(self, code: str = CONTROLLER_CODE) -> bool:
-        """Whether a recovery may help the controller (``WouldAControllerRecoveryHelp``)."""
-        return self.codes.get(code, error_codes.NONE) in error_codes.CONTROLLER_RECOVERY_HELPS
-
-    def would_smoother_recovery_help(self, code: str) -> bool:
-        """Whether a recovery may help the smoother (``WouldASmootherRecoveryHelp``)."""
-        return self.codes.get(code, error_codes.NONE) in error_codes.SMOOTHER_RECOVERY_HELPS
-
-    def would_a_recovery_help(self) -> bool:
-        """Whether a recovery may help the planner or the controller."""
-        return self.would_controller_recovery_help() or self.would_planner_recovery_help()
+    def would_recovery_help(self, variable: str, helped: Collection[int]) -> bool:
+        """Whether the error code in a variable is one against which a recovery may help."""
+        return self.codes.get(variable, error_codes.NONE) in helped
 
     def log(self, kind: str, detail: str = "") -> None:
         """Record an event that happens now."""
@@ -175,9 +150,7 @@ class ComputePathToPose(ActionNode):
         code: The variable that gets the error code; none if empty.
     """
 
-    def __init__(
-        self, board: Blackboard, server: ActionServer, latency: Latency, path: str = PATH, code: str = PLANNER_CODE
-    ) -> None:
+    def __init__(self, board: Blackboard, server: ActionServer, latency: Latency, path: str, code: str) -> None:
         super().__init__(board.clock, server, latency)
         self._board, self._path, self._code = board, path, code
 
@@ -215,7 +188,7 @@ class FollowPath(ActionNode):
         code: The variable that gets the error code; none if empty.
     """
 
-    def __init__(self, board: Blackboard, server: ActionServer, latency: Latency, code: str = CONTROLLER_CODE) -> None:
+    def __init__(self, board: Blackboard, server: ActionServer, latency: Latency, code: str) -> None:
         super().__init__(board.clock, server, latency)
         self._board, self._code = board, code
 
@@ -289,86 +262,3 @@ class RunBehavior(ActionNode):
 
     def on_result(self, outcome: Outcome) -> None:
         """Do nothing: only the status counts."""
-
-
-def never() -> bool:
-    """Return False: a changed goal never interrupts a recovery, and a behaviour that does not exist never succeeds."""
-    return False
-
-
-def navigate_to_pose_w_replanning_and_recovery(
-    board: Blackboard, params: NavigationParams, servers: Servers, latency: Latency
-) -> Node:
-    """Build ``navigate_to_pose_w_replanning_and_recovery.xml``."""
-    bt = params.bt
-    clear_local, clear_global = (
-        partial(ClearCostmap, board, servers.clear, Clear(which, bt.plugins_to_clear(which)))
-        for which in ("local", "global")
-    )
-    plan, follow = _plan_if_needed(board, params, servers, latency), FollowPath(board, servers.controller, latency)
-    return RecoveryNode(
-        bt.number_of_retries,
-        PipelineSequence(
-            RateController(
-                bt.replanning_frequency,
-                board.clock,
-                RecoveryNode(1, plan, _if_it_helps(params, board.would_planner_recovery_help, clear_global())),
-            ),
-            RecoveryNode(1, follow, _if_it_helps(params, board.would_controller_recovery_help, clear_local())),
-        ),
-        _if_it_helps(
-            params,
-            board.would_a_recovery_help,
-            ReactiveFallback(
-                Condition(never),
-                RoundRobin(
-                    Sequence(clear_local(), clear_global()),
-                    *_behaviors(board, params, servers, latency),
-                    wrap_around=bt.wrap_around,
-                ),
-            ),
-        ),
-    )
-
-
-def _plan_if_needed(board: Blackboard, params: NavigationParams, servers: Servers, latency: Latency) -> Node:
-    """Make the leaf that plans; Lyrical first asks whether the path is kept."""
-    plan = ComputePathToPose(board, servers.planner, latency)
-    if not params.bt.goal_nearby_distance:
-        return plan
-    return Fallback(Condition(lambda: servers.keeps(board.path)), plan)
-
-
-def _if_it_helps(params: NavigationParams, helps: Callable[[], bool], recovery: Node) -> Node:
-    """Guard a recovery: since Jazzy it is tried only where it may help, Humble always."""
-    return recovery if params.release == "humble" else Sequence(Condition(helps), recovery)
-
-
-def navigate_to_pose_w_replanning(
-    board: Blackboard, params: NavigationParams, servers: Servers, latency: Latency
-) -> Node:
-    """Build the tree without recoveries: a failed replan keeps the old path, any other failure ends the run."""
-    return PipelineSequence(
-        RateController(
-            params.bt.replanning_frequency,
-            board.clock,
-            ReactiveFallback(_plan_if_needed(board, params, servers, latency), Condition(board.has_had_path)),
-        ),
-        FollowPath(board, servers.controller, latency),
-    )
-
-
-def _behaviors(board: Blackboard, params: NavigationParams, servers: Servers, latency: Latency) -> list[Node]:
-    """Make the leaves Spin, Wait and BackUp, in the order of the tree."""
-    bt, server = params.bt, params.behavior_server
-    makers: dict[str, Callable[[], Behavior]] = {
-        "spin": partial(Spin, bt.spin_dist, server, bt.time_allowance),
-        "wait": partial(Wait, bt.wait_duration),
-        "backup": partial(BackUp, bt.backup_dist, bt.backup_speed, server, bt.time_allowance),
-    }
-    return [
-        RunBehavior(board, kind, make, servers.behaviors[kind], latency)
-        if kind in servers.behaviors
-        else Condition(never)
-        for kind, make in makers.items()
-    ]

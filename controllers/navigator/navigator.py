@@ -116,7 +116,8 @@ class Navigator:
         self.params = params
         self.name = name
         self._abort_is_exception = abort_is_exception
-        self._local_in_odom = _is_in_odom(params.local_costmap)
+        self._local_in_odom = not params.local_costmap.covers_map  # a costmap of the whole map is in the map's frame
+        self._latency = LATENCIES[params.bt.latency]
         self._forget_outcome()
 
     @property
@@ -248,7 +249,7 @@ class Navigator:
 
     def _make_servers(self, context: Context) -> Servers:
         """Build the servers on this run's map."""
-        params, latency = self.params, LATENCIES[self.params.bt.latency]
+        params, latency = self.params, self._latency
         setup = self.follower_setup(context)
         self.follower.reset(setup)
         global_footprint = params.global_costmap.make_footprint(context.robot)
@@ -266,30 +267,30 @@ class Navigator:
             goal_checker=setup.goal_checker,
         )
         return Servers(
-            planner=ActionServer(self._make_planner_server(latency.planning), latency),
+            planner=ActionServer(self._make_planner_server(), latency),
             controller=ActionServer(self._controller_server, latency),
             behaviors={kind: ActionServer(self._make_behavior_server(setup), latency) for kind in params.behaviors},
             clear=self._clear,
             keeps=PathKeeper(params.bt.goal_nearby_distance, self._robot, validity).keeps,
             is_path_valid=validity.is_valid,
             robot=self._robot,
-            smoother=ActionServer(self._make_smoother_server(global_footprint, latency.smoothing), latency),
+            smoother=ActionServer(self._make_smoother_server(global_footprint), latency),
         )
 
     def _make_monitor(self, context: Context) -> CollisionMonitor | None:
         monitor, footprint = self.params.collision_monitor, self.params.local_costmap.make_footprint(context.robot)
         return CollisionMonitor(monitor, self.params.release, footprint, context.lidar) if monitor else None
 
-    def _make_planner_server(self, planning_time: float) -> PlannerServer:
+    def _make_planner_server(self) -> PlannerServer:
         planner = self.params.planner
         timeout = NEVER if self.params.release == "humble" else planner.costmap_update_timeout
         made = make_planner(planner.name, **planner.params)
-        return PlannerServer(made, self._robot, self._global_costmap, planning_time, timeout)
+        return PlannerServer(made, self._robot, self._global_costmap, self._latency.planning, timeout)
 
-    def _make_smoother_server(self, footprint: Footprint, smoothing_time: float) -> SmootherServer:
+    def _make_smoother_server(self, footprint: Footprint) -> SmootherServer:
         smoothers = {name: make_smoother(one.kind, **one.params) for name, one in self.params.used_smoothers.items()}
         published = self._global_costmap.published
-        return SmootherServer(smoothers, published, footprint, smoothing_time, self.params.release)
+        return SmootherServer(smoothers, published, footprint, self._latency.smoothing, self.params.release)
 
     def _make_behavior_server(self, setup: FollowerSetup) -> BehaviorServer:
         return BehaviorServer(
@@ -302,9 +303,9 @@ class Navigator:
 
     def _make_loop(self) -> TreeLoop:
         """Build the tree, and what ticks it."""
-        params, latency = self.params, LATENCIES[self.params.bt.latency]
-        tree = build_tree(self._board, params, self._servers, latency)
-        period = self._period if latency.is_ideal else params.bt.bt_loop_duration / 1000.0
+        params = self.params
+        tree = build_tree(self._board, params, self._servers, self._latency)
+        period = self._period if self._latency.is_ideal else params.bt.bt_loop_duration / 1000.0
         return TreeLoop(tree, self._board.clock, period, self._update_costmaps, params.release)
 
     def follower_setup(self, context: Context) -> FollowerSetup:
@@ -368,7 +369,7 @@ class Navigator:
             costmap.clear(clear.plugins)
         else:
             costmap.clear_square(pose, clear.square.side, outside=clear.square.outside, plugins=clear.plugins)
-        return LATENCIES[self.params.bt.latency].service
+        return self._latency.service
 
     def _take_nav_command(self, command: Twist) -> None:
         """Take a command of the controller server."""
@@ -429,8 +430,3 @@ class Navigator:
         else:
             reason = f"the behaviour tree failed {place}, though neither planner nor controller had failed"
         self._board.failure = "controller_failure", reason
-
-
-def _is_in_odom(local: CostmapParams) -> bool:
-    """Whether the local costmap is in the odom frame; one of the whole static map stays in the map's."""
-    return not local.covers_map

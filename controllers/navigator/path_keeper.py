@@ -12,7 +12,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from controllers.navigator.costmap_wait import ServedCostmap
-from controllers.navigator.planner_server import RobotOnMap
+from controllers.navigator.robot_state import RobotOnMap
 from gym_mapbench.costmap import INSCRIBED_INFLATED_OBSTACLE, LETHAL_OBSTACLE, NO_INFORMATION
 from gym_mapbench.kernels.footprint import footprint_cost
 from gym_mapbench.kernels.geometry import cell_index
@@ -54,7 +54,7 @@ class PathValidity:
             return False
         if self._footprint.use_radius:
             return m.costs.flat[cell] not in (INSCRIBED_INFLATED_OBSTACLE, LETHAL_OBSTACLE)
-        cost = footprint_cost(m.costs, m.resolution, m.origin_x, m.origin_y, x, y, yaw, self._corners)
+        cost = footprint_cost(*m.grid, x, y, yaw, self._corners)
         return bool(cost < LETHAL_OBSTACLE or cost == NO_INFORMATION)
 
 

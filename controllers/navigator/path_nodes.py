@@ -12,8 +12,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from controllers.navigator.behavior_tree import Control, Node, Status
-from controllers.navigator.conditions import Question
+from controllers.navigator.behavior_tree import Control, Node, Question, Status
 from controllers.navigator.path_keeper import NearestPose
 
 

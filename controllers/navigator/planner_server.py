@@ -5,27 +5,17 @@ Source: nav2_planner (Humble and Jazzy) src/planner_server.cpp.
 
 from __future__ import annotations
 
-from typing import Protocol
-
 from controllers.navigator import error_codes
 from controllers.navigator.actions import Outcome, Result
 from controllers.navigator.computing import Computing
 from controllers.navigator.costmap_wait import CostmapWait, ServedCostmap
 from controllers.navigator.rate import NEVER
+from controllers.navigator.robot_state import RobotOnMap
 from gym_mapbench.errors import EndpointError, PlanningError, UnsafeEndpointError
 from gym_mapbench.planners.base import GlobalPlanner
 from gym_mapbench.world.scenario import Pose
 
 TIMED_OUT = Outcome(Result.ABORTED, error_codes.PLANNER_TIMED_OUT, "Costmap timed out waiting for update")
-
-
-class RobotOnMap(Protocol):
-    """Where the robot is on the map."""
-
-    @property
-    def pose(self) -> Pose:
-        """Pose of the robot on the map, m and rad."""
-        ...
 
 
 class PlannerServer(Computing):

@@ -12,9 +12,9 @@ from controllers.navigator import error_codes
 from controllers.navigator.actions import Outcome, Result
 from controllers.navigator.computing import Computing
 from controllers.navigator.topic_collisions import is_collision_free
-from controllers.releases import Release
 from gym_mapbench.costmap import Costmap
 from gym_mapbench.errors import SmoothingError
+from gym_mapbench.releases import Release
 from gym_mapbench.smoothers import PathSmoother, Smoothed
 from gym_mapbench.world.footprint import Footprint
 from gym_mapbench.world.scenario import Pose

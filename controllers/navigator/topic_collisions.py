@@ -15,7 +15,4 @@ def is_collision_free(pose: Pose, costmap: Costmap, footprint: Footprint) -> boo
     """Whether the outline at a pose touches neither an obstacle nor unknown space, and stays on the map."""
     if costmap.world_to_map(pose.x, pose.y) is None:
         return False
-    cost = footprint_cost(
-        costmap.costs, costmap.resolution, costmap.origin_x, costmap.origin_y, *pose, footprint.corners
-    )
-    return bool(cost < LETHAL_OBSTACLE)
+    return bool(footprint_cost(*costmap.grid, *pose, footprint.corners) < LETHAL_OBSTACLE)

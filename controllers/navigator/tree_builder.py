@@ -1,15 +1,19 @@
-"""Builds the behaviour tree of a run: Nav2's default tree, or the one of a user's XML file."""
+"""Builds the behaviour tree of a run: Nav2's default tree, or the one of a user's XML file.
+
+Source of the default tree: nav2_bt_navigator (Humble, Jazzy and Lyrical)
+behavior_trees/navigate_to_pose_w_replanning_and_recovery.xml.
+"""
 
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Collection, Mapping
 from functools import partial
 from typing import Any
 
 from controllers.behaviors import default_limits
 from controllers.nav2_params.navigation import NavigationParams
-from controllers.navigator import decorators
+from controllers.navigator import decorators, error_codes
 from controllers.navigator.behavior_tree import (
     Condition,
     Fallback,
@@ -29,6 +33,7 @@ from controllers.navigator.cancel_node import CancelGoals
 from controllers.navigator.conditions import GlobalUpdatedGoal, PathExpiringTimer, distance_traveled, time_expired
 from controllers.navigator.latency import Latency
 from controllers.navigator.navigate_to_pose import (
+    PATH,
     Blackboard,
     Clear,
     ClearCostmap,
@@ -37,17 +42,15 @@ from controllers.navigator.navigate_to_pose import (
     RunBehavior,
     Servers,
     Square,
-    navigate_to_pose_w_replanning,
-    navigate_to_pose_w_replanning_and_recovery,
-    never,
 )
 from controllers.navigator.parallel import Parallel
 from controllers.navigator.path_keeper import NearestPose
 from controllers.navigator.path_nodes import IsGoalNearby, PathLongerOnApproach, TruncatePath, TruncatePathLocal
 from controllers.navigator.smooth_path import SmoothPath
 from controllers.navigator.timers import Delay, Timeout
-from controllers.tree_xml import TreeNode, cleared_costmap, name_in, named_layers, read_tree, selected_plugins
-from controllers.tree_xml.nodes import CANCELS, REGION_CLEARS, RETRIES, SELECTORS
+from controllers.tree_xml.needs import cleared_costmap, name_in, named_layers, selected_plugins
+from controllers.tree_xml.nodes import CANCELS, REGION_CLEARS, RETRIES, SELECTORS, TreeNode
+from controllers.tree_xml.reading import read_tree
 
 GOAL_REACHED_TOLERANCE = 0.25
 """Distance from the goal up to which ``GoalReached`` succeeds, m: the default of Nav2's ``goal_reached_tol``."""
@@ -56,6 +59,8 @@ NEVER = ("AlwaysFailure", "GoalUpdated", "IsBatteryCharging", "IsBatteryLow")
 """Nodes that always succeed here, and those that never do."""
 HARDEST_BRAKING = -10.0
 """Acceleration below which ``IsStuck`` succeeds, m/s^2."""
+PLANNER_CODE, CONTROLLER_CODE = "compute_path_error_code", "follow_path_error_code"
+"""Variables of the default tree."""
 Ports = Mapping[str, Any]
 
 
@@ -68,15 +73,15 @@ def build_tree(board: Blackboard, params: NavigationParams, servers: Servers, la
         servers: What the leaves ask.
         latency: How long messages take.
     """
-    if params.bt.xml:
-        tree = read_tree(params.bt.xml, params.release)
-        return _Builder(board, params, servers, latency, selected_plugins(tree)).build(tree)
-    build = navigate_to_pose_w_replanning_and_recovery if params.bt.recoveries else navigate_to_pose_w_replanning
-    return build(board, params, servers, latency)
+    if not params.bt.xml:
+        builder = _Builder(board, params, servers, latency)
+        return builder.default() if params.bt.recoveries else builder.without_recoveries()
+    tree = read_tree(params.bt.xml, params.release)
+    return _Builder(board, params, servers, latency, selected_plugins(tree)).build(tree)
 
 
 class _Builder:
-    """Builds the nodes of a tree that was read."""
+    """Builds the default tree, or the nodes of a tree that was read."""
 
     def __init__(
         self,
@@ -84,7 +89,7 @@ class _Builder:
         params: NavigationParams,
         servers: Servers,
         latency: Latency,
-        selected: Mapping[str, str],
+        selected: Mapping[str, str] = {},
     ) -> None:
         self.board, self.params, self.servers, self.latency = board, params, servers, latency
         self.selected = selected
@@ -92,6 +97,61 @@ class _Builder:
     def build(self, read: TreeNode) -> Node:
         """Build a node and all below it."""
         return MAKERS[read.name](self, read.ports, [self.build(child) for child in read.children])
+
+    def default(self) -> Node:
+        """Build Nav2's default tree with the numbers of ``params.bt``."""
+        bt = self.params.bt
+        clear_local, clear_global = (partial(self.clear_layers, which) for which in ("local", "global"))
+        planner = partial(self.board.would_recovery_help, PLANNER_CODE, error_codes.PLANNER_RECOVERY_HELPS)
+        controller = partial(self.board.would_recovery_help, CONTROLLER_CODE, error_codes.CONTROLLER_RECOVERY_HELPS)
+        plan = RecoveryNode(1, self.plan_if_needed(), self.if_it_helps(planner, clear_global()))
+        follow = RecoveryNode(1, self.follow_default(), self.if_it_helps(controller, clear_local()))
+        in_turn = Sequence(clear_local(), clear_global()), *self.recoveries()
+        recover = ReactiveFallback(Condition(never), RoundRobin(*in_turn, wrap_around=bt.wrap_around))
+        return RecoveryNode(
+            bt.number_of_retries,
+            PipelineSequence(RateController(bt.replanning_frequency, self.board.clock, plan), follow),
+            self.if_it_helps(partial(_any, controller, planner), recover),
+        )
+
+    def without_recoveries(self) -> Node:
+        """Build the tree without recoveries: a failed replan keeps the old path, any other failure ends the run."""
+        plan = ReactiveFallback(self.plan_if_needed(), Condition(self.board.has_had_path))
+        rate = self.params.bt.replanning_frequency
+        return PipelineSequence(RateController(rate, self.board.clock, plan), self.follow_default())
+
+    def plan_if_needed(self) -> Node:
+        """Make the leaf of the default tree that plans; Lyrical first asks whether the path is kept."""
+        plan = self.plan({"path": PATH, "error_code_id": PLANNER_CODE})
+        if not self.params.bt.goal_nearby_distance:
+            return plan
+        return Fallback(Condition(self.keeps_path), plan)
+
+    def keeps_path(self) -> bool:
+        """Whether the path is kept instead of a new plan."""
+        return self.servers.keeps(self.board.path)
+
+    def follow_default(self) -> Node:
+        """Make the leaf of the default tree that follows the path."""
+        return self.follow({"path": PATH, "error_code_id": CONTROLLER_CODE})
+
+    def if_it_helps(self, helps: Callable[[], bool], recovery: Node) -> Node:
+        """Guard a recovery: since Jazzy it is tried only where it may help, Humble always."""
+        return Sequence(Condition(helps), recovery) if self.is_version_4 else recovery
+
+    def clear_layers(self, which: str) -> Node:
+        """Make a leaf of the default tree that clears the costmap ``local`` or ``global``."""
+        return ClearCostmap(self.board, self.servers.clear, Clear(which, self.params.bt.plugins_to_clear(which)))
+
+    def recoveries(self) -> tuple[Node, Node, Node]:
+        """Make the leaves of the default tree that spin, wait and back up."""
+        bt = self.params.bt
+        back = {"backup_dist": bt.backup_dist, "backup_speed": bt.backup_speed, "time_allowance": bt.time_allowance}
+        return (
+            self.spin({"spin_dist": bt.spin_dist, "time_allowance": bt.time_allowance}),
+            self.recovery("wait", partial(Wait, bt.wait_duration), {}),
+            self.back_up(back),
+        )
 
     @property
     def is_version_4(self) -> bool:
@@ -134,12 +194,7 @@ class _Builder:
         """Make a leaf that runs a behaviour; one that does not exist fails."""
         if kind not in self.servers.behaviors:
             return Condition(never)
-
-        def made() -> Behavior:
-            behavior = make()
-            behavior.checks_collisions = not ports.get("disable_collision_checks", False)
-            return behavior
-
+        made = partial(_made, make, not ports.get("disable_collision_checks", False))
         server, is_recovery = self.servers.behaviors[kind], ports.get("is_recovery", True)
         return RunBehavior(self.board, kind, made, server, self.latency, is_recovery=is_recovery)
 
@@ -215,6 +270,22 @@ def always() -> bool:
     return True
 
 
+def never() -> bool:
+    """Return False: a changed goal never interrupts a recovery, and a behaviour that does not exist never succeeds."""
+    return False
+
+
+def _any(*holds: Callable[[], bool]) -> bool:
+    return any(each() for each in holds)
+
+
+def _made(make: Callable[[], Behavior], checks_collisions: bool) -> Behavior:
+    """Make a behaviour that checks for collisions, or does not."""
+    behavior = make()
+    behavior.checks_collisions = checks_collisions
+    return behavior
+
+
 def _says(success: Status, failure: Status) -> Callable[[_Builder, Ports, list[Node]], Node]:
     """Return what makes a decorator that returns something else when its child ends."""
     return lambda builder, ports, children: decorators.Returning(children[0], success, failure)
@@ -226,6 +297,10 @@ def _clears_square(outside: bool, builder: _Builder, ports: Ports, children: lis
 
 def _cancels(kind: str, builder: _Builder, ports: Ports, children: list[Node]) -> Node:
     return builder.cancel(kind)
+
+
+def _says_if_recovery_helps(helped: Collection[int], builder: _Builder, ports: Ports, children: list[Node]) -> Node:
+    return Condition(partial(builder.board.would_recovery_help, ports["error_code"], helped))
 
 
 SUCCESS, FAILURE, RUNNING = Status.SUCCESS, Status.FAILURE, Status.RUNNING
@@ -270,15 +345,9 @@ MAKERS: dict[str, Callable[[_Builder, Ports, list[Node]], Node]] = {
     "PathExpiringTimer": lambda b, p, c: PathExpiringTimer(p["seconds"], b.path(p), b.board.clock),
     "TimeExpired": lambda b, p, c: time_expired(p["seconds"], b.board.clock),
     "DistanceTraveled": lambda b, p, c: distance_traveled(p["distance"], lambda: b.servers.robot.pose),
-    "WouldAPlannerRecoveryHelp": lambda b, p, c: Condition(
-        partial(b.board.would_planner_recovery_help, p["error_code"])
-    ),
-    "WouldAControllerRecoveryHelp": lambda b, p, c: Condition(
-        partial(b.board.would_controller_recovery_help, p["error_code"])
-    ),
-    "WouldASmootherRecoveryHelp": lambda b, p, c: Condition(
-        partial(b.board.would_smoother_recovery_help, p["error_code"])
-    ),
+    "WouldAPlannerRecoveryHelp": partial(_says_if_recovery_helps, error_codes.PLANNER_RECOVERY_HELPS),
+    "WouldAControllerRecoveryHelp": partial(_says_if_recovery_helps, error_codes.CONTROLLER_RECOVERY_HELPS),
+    "WouldASmootherRecoveryHelp": partial(_says_if_recovery_helps, error_codes.SMOOTHER_RECOVERY_HELPS),
     "ComputePathToPose": lambda b, p, c: b.plan(p),
     "SmoothPath": lambda b, p, c: b.smooth(p),
     "FollowPath": lambda b, p, c: b.follow(p),
@@ -291,4 +360,4 @@ MAKERS: dict[str, Callable[[_Builder, Ports, list[Node]], Node]] = {
     "BackUp": lambda b, p, c: b.back_up(p),
     "DriveOnHeading": lambda b, p, c: b.drive(p),
 }
-"""What makes each node of :data:`controllers.tree_xml.NODES`, of its ports and children."""
+"""What makes each node of :data:`controllers.tree_xml.nodes.NODES`, of its ports and children."""

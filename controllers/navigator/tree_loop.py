@@ -9,7 +9,7 @@ from collections.abc import Callable
 
 from controllers.navigator.behavior_tree import MOST_ROUNDS, Node, Rest, Status
 from controllers.navigator.rate import TIME_RESOLUTION, Clock, Rate
-from controllers.releases import Release
+from gym_mapbench.releases import Release
 
 
 class TreeLoop:

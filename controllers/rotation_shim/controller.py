@@ -134,16 +134,15 @@ class RotationShimFollower:
 
     def _free_turn(self, angle: float, pose: Pose, velocity: Twist, costmap: Costmap) -> float | None:
         """Turn rate on the spot for an angle, None if the robot would touch something; Humble may overshoot."""
-        params, m, period = self.params, costmap, self._setup.control_period
+        params, period = self.params, self._setup.control_period
         law = reachable_turn_rate if params.release == "humble" else rotation_speed
         current = velocity.w if params.closed_loop else self._last_turn_rate
         top, accel = params.rotate_to_heading_angular_vel, params.max_angular_accel
         turn_rate = float(law(angle, current, top, accel, period))
         max_cost = LETHAL_OBSTACLE if params.max_cost_threshold is None else params.max_cost_threshold
         is_free = turn_is_free(
-            (m.costs, m.resolution, m.origin_x, m.origin_y, m.track_unknown_space), self._corners,
-            *map(float, pose), turn_rate, abs(angle) - params.angular_dist_threshold, period,
-            params.simulate_ahead_time, float(max_cost),
+            (*costmap.grid, costmap.track_unknown_space), self._corners, *map(float, pose), turn_rate,
+            abs(angle) - params.angular_dist_threshold, period, params.simulate_ahead_time, float(max_cost),
         )  # fmt: skip
         return turn_rate if is_free else None
 

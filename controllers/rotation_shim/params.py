@@ -14,8 +14,8 @@ from collections.abc import Mapping
 from functools import cache
 from typing import Any, ClassVar, Self
 
-from controllers.releases import RELEASES, Release
 from gym_mapbench.quantities import NonNegative, Positive
+from gym_mapbench.releases import RELEASES, Release
 from gym_mapbench.ros_params import ReleaseSettings
 from gym_mapbench.settings import ExtendedSettings, Settings
 

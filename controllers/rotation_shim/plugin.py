@@ -8,11 +8,11 @@ from functools import partial
 from typing import Any
 
 from controllers.descriptor import Limits, Nav2Controller, highest, named_limits
-from controllers.releases import Release
 from controllers.rotation_shim.lyrical import make_shim
 from controllers.rotation_shim.params import RotationShimParams, params_around
 from controllers.rpp.plugin import TURNING
 from gym_mapbench.errors import ConfigError
+from gym_mapbench.releases import Release
 from gym_mapbench.ros_params import RELEASE, Section, in_every_release
 
 NAMES = in_every_release("nav2_rotation_shim_controller::RotationShimController")

@@ -93,10 +93,9 @@ class RppFollower:
             InvalidPath: If the plan is empty, or has only one pose where a segment is needed.
             ControllerAbort: If the robot is off the costmap.
         """
-        m = costmap
         status, v, w, carrot_x, carrot_y, self._begin, self._arrived = kernels.follow(
             self._path, self._steps, self._begin, self._arrived, *pose, *velocity,
-            m.costs, m.resolution, m.origin_x, m.origin_y, m.track_unknown_space, self._corners, self._tuning,
+            *costmap.grid, costmap.track_unknown_space, self._corners, self._tuning,
         )  # fmt: skip
         self.carrot = carrot_x, carrot_y
         if status != kernels.OK:

@@ -45,14 +45,13 @@ class LyricalRppFollower(RppFollower):
             InvalidPath: If there is no local plan, or one pose where a segment is needed.
             ControllerAbort: If the robot is off the costmap.
         """
-        m, local = costmap, self._local
+        local = self._local
         if local is None:
             raise InvalidPath(REASONS[kernels.EMPTY_PLAN])
         path = np.ascontiguousarray(local.path)
         status, v, w, *carrot = lyrical_kernels.follow(
             path, np.hypot(*np.diff(path[:, :2], axis=0).T), self._has_arrived(pose, local), self.last_command,
-            *pose, *velocity, (m.costs, m.resolution, m.origin_x, m.origin_y, m.track_unknown_space), self._corners,
-            self._tuning,
+            *pose, *velocity, (*costmap.grid, costmap.track_unknown_space), self._corners, self._tuning,
         )  # fmt: skip
         self.carrot = carrot[0], carrot[1]
         if status != kernels.OK:

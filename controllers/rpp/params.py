@@ -7,8 +7,8 @@ from __future__ import annotations
 
 from typing import Any, ClassVar
 
-from controllers.releases import Release
 from gym_mapbench.quantities import NonNegative, Positive
+from gym_mapbench.releases import Release
 from gym_mapbench.ros_params import ReleaseSettings
 
 ROS_ONLY_KEYS = frozenset({"plugin", "transform_tolerance"})

@@ -6,9 +6,9 @@ from collections.abc import Mapping
 from typing import Any
 
 from controllers.descriptor import Limits, Nav2Controller, highest, named_limits
-from controllers.releases import Release
 from controllers.rpp.lyrical import make_rpp
 from controllers.rpp.params import RENAMED_KEYS, ROS_ONLY_KEYS, RppParams
+from gym_mapbench.releases import Release
 from gym_mapbench.ros_params import Keys, Section, in_every_release
 
 LONGEST_AHEAD = 0.4

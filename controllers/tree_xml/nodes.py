@@ -6,10 +6,10 @@ Source: nav2_behavior_tree (Humble, Jazzy and Lyrical) plugins; BehaviorTree.CPP
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator, Mapping
+from collections.abc import Callable, Iterator, Mapping
 from typing import Any, NamedTuple
 
-from controllers.releases import RELEASES, Release
+from gym_mapbench.releases import RELEASES, Release
 
 
 class Number(NamedTuple):
@@ -28,16 +28,18 @@ class Above(NamedTuple):
     default: float
 
 
-class Times(NamedTuple):
-    """A port with a whole number above 0, or -1 for no end; it has to be given."""
+class Required(NamedTuple):
+    """A port with a whole number that has to be given.
 
+    Args:
+        pattern: Pattern of its text.
+        expected: What the text has to be, in words.
+        value_of: Returns the value of a text.
+    """
 
-class Whole(NamedTuple):
-    """A port with a whole number; it has to be given."""
-
-
-class Milliseconds(NamedTuple):
-    """A port with a whole number of milliseconds; it has to be given."""
+    pattern: str
+    expected: str
+    value_of: Callable[[str], float] = int
 
 
 class Switch(NamedTuple):
@@ -66,7 +68,10 @@ class Name(NamedTuple):
     default: str = ""
 
 
-Port = Number | Above | Times | Whole | Milliseconds | Switch | Variable | Key | Text | Name
+Port = Number | Above | Required | Switch | Variable | Key | Text | Name
+TIMES = Required(r"-1|\+?0*[1-9]\d{0,9}", "a whole number above 0, or -1 for no end")
+WHOLE = Required(r"[-+]?\d{1,9}", "a whole number")
+MILLISECONDS = Required(r"\+?\d{1,9}", "a whole number of milliseconds", lambda text: int(text) / 1000.0)
 
 
 class NodeType(NamedTuple):
@@ -168,7 +173,7 @@ NODES: dict[str, NodeType] = {
     "Parallel": NodeType(
         SOME,
         {
-            "success_threshold": Whole(),
+            "success_threshold": WHOLE,
             "failure_threshold": Number(1),
             "success_count": Number(-1),
             "failure_count": Number(1),
@@ -179,9 +184,9 @@ NODES: dict[str, NodeType] = {
     "ForceSuccess": NodeType(ONE),
     "ForceFailure": NodeType(ONE),
     "KeepRunningUntilFailure": NodeType(ONE),
-    RETRIES[0]: NodeType(ONE, {"num_attempts": Times()}),
-    RETRIES[1]: NodeType(ONE, {"num_attempts": Times()}, ("humble",)),
-    "Repeat": NodeType(ONE, {"num_cycles": Times()}),
+    RETRIES[0]: NodeType(ONE, {"num_attempts": TIMES}),
+    RETRIES[1]: NodeType(ONE, {"num_attempts": TIMES}, ("humble",)),
+    "Repeat": NodeType(ONE, {"num_cycles": TIMES}),
     "GoalUpdater": NodeType(ONE, {"input_goal": Variable("goal"), "output_goal": Variable()}),
     "SingleTrigger": NodeType(ONE),
     "RateController": NodeType(ONE, {"hz": Above(10.0)}),
@@ -196,8 +201,8 @@ NODES: dict[str, NodeType] = {
         },
     ),
     "GoalUpdatedController": NodeType(ONE),
-    "Timeout": NodeType(ONE, {"msec": Milliseconds()}),
-    "Delay": NodeType(ONE, {"delay_msec": Milliseconds()}),
+    "Timeout": NodeType(ONE, {"msec": MILLISECONDS}),
+    "Delay": NodeType(ONE, {"delay_msec": MILLISECONDS}),
     "PathLongerOnApproach": NodeType(ONE, {"path": PATH, "prox_len": Number(3.0), "length_factor": Number(2.0)}),
     "SetBlackboard": NodeType(0, {"value": Text(), "output_key": Key()}),
     "AlwaysSuccess": NodeType(),

@@ -6,9 +6,9 @@ from collections.abc import Mapping
 from dataclasses import dataclass, field
 from xml.etree.ElementTree import Element
 
-from controllers.releases import Release
 from controllers.tree_xml.nodes import WITHOUT_EFFECT
 from gym_mapbench.errors import ConfigError
+from gym_mapbench.releases import Release
 
 SHARED = ("__shared_blackboard", "__autoremap", "_autoremap")
 """Attributes by which all variables of a subtree are those of the tree around it."""

@@ -6,19 +6,7 @@ import math
 import re
 from typing import Any
 
-from controllers.tree_xml.nodes import (
-    Above,
-    Key,
-    Milliseconds,
-    Name,
-    Number,
-    Port,
-    Switch,
-    Text,
-    Times,
-    Variable,
-    Whole,
-)
+from controllers.tree_xml.nodes import Above, Key, Name, Number, Port, Required, Switch, Text, Variable
 from controllers.tree_xml.scopes import SWITCHES, Constants, Scope, is_variable
 from gym_mapbench.errors import ConfigError
 
@@ -48,14 +36,10 @@ def value_of(key: str, port: Port, text: str | None, scope: Scope, constants: Co
     return _number_or_switch(port, text)
 
 
-def _number_or_switch(port: Number | Above | Times | Whole | Milliseconds | Switch, text: str | None) -> float:
+def _number_or_switch(port: Number | Above | Required | Switch, text: str | None) -> float:
     """Return the value of a port without variables; a switch is a number, too."""
-    if isinstance(port, Times):
-        return _times(text)
-    if isinstance(port, Milliseconds):
-        return _milliseconds(text)
-    if isinstance(port, Whole):
-        return _whole(text)
+    if isinstance(port, Required):
+        return _required(port, text)
     if text is None:
         return port.default
     return _switch(text) if isinstance(port, Switch) else _number(port, text)
@@ -92,24 +76,10 @@ def _switch(text: str) -> bool:
     return SWITCHES[text.lower()]
 
 
-def _times(text: str | None) -> int:
-    """Return a number of times, -1 for no end."""
-    if text is None or not re.fullmatch(r"-1|\+?0*[1-9]\d{0,9}", text.strip()):
-        raise ConfigError(f"expected a whole number above 0, or -1 for no end, got {text or 'none'}")
-    return int(text)
-
-
-def _whole(text: str | None) -> int:
-    if text is None or not re.fullmatch(r"[-+]?\d{1,9}", text.strip()):
-        raise ConfigError(f"expected a whole number, got {text or 'none'}")
-    return int(text)
-
-
-def _milliseconds(text: str | None) -> float:
-    """Return a duration in s."""
-    if text is None or not re.fullmatch(r"\+?\d{1,9}", text.strip()):
-        raise ConfigError(f"expected a whole number of milliseconds, got {text or 'none'}")
-    return int(text) / 1000.0
+def _required(port: Required, text: str | None) -> float:
+    if text is None or not re.fullmatch(port.pattern, text.strip()):
+        raise ConfigError(f"expected {port.expected}, got {text or 'none'}")
+    return port.value_of(text)
 
 
 def _number(port: Number | Above, text: str) -> float:

@@ -7,7 +7,6 @@ from collections.abc import Callable, Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
-from controllers.nav2_params.presets import overlay
 from evolution.arguments import instance_of, names_from, path_from, refuse_beside_resume, whole_number
 from evolution.driving import DEFAULT_RESOURCES, Evaluator, OnRun, Resources, preparation_of, run_job
 from evolution.pictures import write_run_figures
@@ -37,6 +36,7 @@ from evolution.studies import (
     run_sweep,
     study_in,
 )
+from gym_mapbench.ros_params import overlay
 
 DEFAULT_ATLAS = AtlasSettings()
 LOG = logging.getLogger(__name__)

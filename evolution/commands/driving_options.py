@@ -9,7 +9,6 @@ from pathlib import Path
 
 from controllers.learned import NO_CARD, read_card
 from controllers.nav2_params import NavigationParams, counterpart
-from controllers.releases import Release
 from evolution.benchmark import refuse_ruled
 from evolution.commands.console import note
 from evolution.commands.options import MESSAGE_OPTIONS, names_in, non_negative, positive, positive_number, seconds
@@ -33,6 +32,7 @@ from evolution.search import DEFAULT_CONTROLLERS, controllers_from
 from gym_mapbench.env.config import EnvConfig
 from gym_mapbench.errors import ConfigError, RunError
 from gym_mapbench.planners import PLANNERS
+from gym_mapbench.releases import Release
 from gym_mapbench.ros_params import parse_defines
 from gym_mapbench.world.noise import NOISES
 from gym_mapbench.world.robot import ROBOTS, RobotSpec, make_robot

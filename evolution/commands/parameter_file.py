@@ -8,11 +8,11 @@ from collections.abc import Sequence
 from pathlib import Path
 
 from controllers.nav2_params import PRESETS, Nav2Params, load_preset, read_nav2_params, summarise
-from controllers.releases import RELEASES, Release
 from evolution.commands.console import note
 from gym_mapbench.env.config import EnvConfig
 from gym_mapbench.errors import ConfigError
 from gym_mapbench.files.documents import read_document_text
+from gym_mapbench.releases import RELEASES, Release
 from gym_mapbench.ros_params import parse_defines, template_names
 
 ONLY_FOR_FILES = ("define", "only")

@@ -9,13 +9,13 @@ from controllers.nav2_params import advise, parse_nav2_params, robot_of, summari
 from controllers.nav2_params.document import read_document
 from controllers.nav2_params.migration import Migration, migrate_file
 from controllers.nav2_params.tree_file import kept_trees, moved_trees
-from controllers.releases import RELEASES
 from evolution.commands import options
 from evolution.commands.console import console, note
 from evolution.commands.parameter_file import add_reading_options, read_parameter_file
 from evolution.files import counted, write_text
 from gym_mapbench.errors import ConfigError
 from gym_mapbench.files.documents import parse_yaml
+from gym_mapbench.releases import RELEASES
 from gym_mapbench.world.robot import RobotSpec, make_robot
 
 EXAMPLES = """  mapbench params check nav2_params.yaml

@@ -9,18 +9,11 @@ from typing import Any, Self
 
 from pydantic import Field, field_validator, model_validator
 
-from controllers.nav2_params import (
-    PRESETS,
-    Nav2Params,
-    NavigationParams,
-    load_preset,
-    read_nav2_params,
-    robot_of,
-)
-from controllers.releases import Release
+from controllers.nav2_params import PRESETS, Nav2Params, NavigationParams, load_preset, read_nav2_params, robot_of
 from evolution.driving.unknown_map import check_sensors
 from gym_mapbench.env.config import EnvConfig, lowest_physics_hz
 from gym_mapbench.errors import ConfigError
+from gym_mapbench.releases import Release
 from gym_mapbench.ros_params import overlay
 from gym_mapbench.settings import Settings
 from gym_mapbench.world.robot import RobotSpec

@@ -21,7 +21,6 @@ from controllers.base import ControllerAbort, ControllerError, FollowerSetup, Tw
 from controllers.nav2_params import NavigationParams, load_preset
 from controllers.navigator.navigator import Navigator
 from controllers.registry import FOLLOWERS
-from controllers.releases import Release
 from evolution.driving.jobs import ControllerSpec, JobPlan
 from evolution.driving.kernel_files import import_shipped_kernels, is_compiling_off
 from evolution.driving.one_run import context_of, environment_for, run_episode
@@ -31,6 +30,7 @@ from gym_mapbench.costmap import Costmap
 from gym_mapbench.env.config import EnvConfig
 from gym_mapbench.env.task import distance_to_goal
 from gym_mapbench.kernels.inflation import inflate
+from gym_mapbench.releases import Release
 from gym_mapbench.world.clearance import measure_clearance
 from gym_mapbench.world.gridmap import GridMap
 from gym_mapbench.world.scenario import Pose, Scenario

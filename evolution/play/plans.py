@@ -29,7 +29,6 @@ from controllers.nav2_params.nodes import COSTMAPS
 from controllers.nav2_params.plugins import CONTROLLERS
 from controllers.nav2_params.values import values_of, write_values
 from controllers.registry import FOLLOWERS
-from controllers.releases import Release
 from evolution.driving import (
     ControllerSpec,
     DriveSettings,
@@ -45,6 +44,7 @@ from evolution.play.messages.requests import AskParameters, Session, Variant, Wo
 from gym_mapbench.env.config import EnvConfig
 from gym_mapbench.errors import ConfigError, MapBenchError, refuse_unknown, unknown_name
 from gym_mapbench.files.documents import read_document_text
+from gym_mapbench.releases import Release
 from gym_mapbench.world.noise import NOISES
 from gym_mapbench.world.robot import ROBOTS, RobotSpec, make_robot
 

@@ -9,7 +9,6 @@ from typing import Any
 
 import numpy as np
 
-from controllers.nav2_params.presets import overlay
 from evolution.driving import ControllerSpec, check_room, try_controllers
 from evolution.files import warn_of_versions
 from evolution.search.experiment import Experiment
@@ -19,6 +18,7 @@ from gym_mapbench.errors import ConfigError, refuse_unknown, unknown_name
 from gym_mapbench.files.bundled import bundled_names, read_bundled
 from gym_mapbench.files.documents import read_yaml
 from gym_mapbench.generator import ShapeSettings, clear_and_border, draw_from
+from gym_mapbench.ros_params import overlay
 from gym_mapbench.trust import refuse_code
 from gym_mapbench.world.scenario import Scenario
 

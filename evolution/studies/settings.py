@@ -9,7 +9,6 @@ from typing import Annotated, Any, Literal
 
 from pydantic import AfterValidator, Field, JsonValue, field_validator, model_validator
 
-from controllers.nav2_params.presets import overlay
 from evolution.files import warn_of_versions
 from evolution.search import SECTIONS, nested, nested_document, short_names
 from gym_mapbench.errors import ConfigError, refuse_unknown, unknown_name
@@ -17,6 +16,7 @@ from gym_mapbench.files.bundled import bundled_names, read_bundled
 from gym_mapbench.files.documents import read_yaml
 from gym_mapbench.generator import Cellular
 from gym_mapbench.quantities import Count, Few
+from gym_mapbench.ros_params import overlay
 from gym_mapbench.settings import Settings
 from gym_mapbench.trust import refuse_code
 

@@ -8,7 +8,6 @@ from pathlib import Path
 from statistics import fmean
 from typing import Any
 
-from controllers.nav2_params.presets import overlay
 from evolution.driving import try_controllers
 from evolution.files import counted
 from evolution.runs import RunDir, driven_maps, experiment_in, load_run
@@ -16,6 +15,7 @@ from evolution.search import FITNESSES, MAX_MAPS, Experiment, calibrate_scale, c
 from evolution.studies.directory import StudyDir
 from evolution.studies.settings import MAX_SEED, Configuration, StudySettings
 from gym_mapbench.errors import ConfigError, RunError
+from gym_mapbench.ros_params import overlay
 from gym_mapbench.world.noise import read_noise
 
 

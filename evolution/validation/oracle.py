@@ -15,9 +15,9 @@ from typing import Any
 
 from numpy.typing import NDArray
 
-from controllers.releases import RELEASES, Release
 from evolution.validation.recorded import Arrays, read_arrays, read_config, read_json
 from gym_mapbench.errors import MapFormatError
+from gym_mapbench.releases import RELEASES, Release
 from gym_mapbench.world.gridmap import GridMap
 from gym_mapbench.world.scenario import Pose
 

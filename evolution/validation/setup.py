@@ -7,15 +7,10 @@ from typing import Any
 import numpy as np
 
 from controllers.base import FollowerSetup, PathFollower
-from controllers.behaviors import GOAL_NEARBY
-from controllers.nav2_params.navigation import (
-    ControllerServer,
-    GoalChecker,
-    NavigationParams,
-    PlannerPlugin,
-    ProgressChecker,
-    default_tree,
-)
+from controllers.behaviors import GOAL_NEARBY, default_tree
+from controllers.checkers import GoalChecker, ProgressChecker
+from controllers.nav2_params.navigation import ControllerServer, NavigationParams
+from controllers.nav2_params.plugin_settings import PlannerPlugin
 from controllers.nav2_params.plugins import CONTROLLERS
 from controllers.navigator.checkers import make_goal_checker
 from controllers.path_handler import PathHandler

@@ -13,7 +13,7 @@ from scipy.spatial import cKDTree
 
 from controllers.base import ControllerAbort, ControllerError, LocalPlan, PathFollower, Twist
 from controllers.dwb.controller import DwbFollower
-from controllers.feasible_path_handler import FeasiblePathHandler
+from controllers.navigator.path_handler import FeasiblePathHandler
 from controllers.rpp.controller import RppFollower
 from controllers.rpp.lyrical import LyricalRppFollower
 from evolution.validation.measures import Cases, Measure

@@ -35,6 +35,11 @@ class Costmap:
     origin_y: float
     track_unknown_space: bool = False
 
+    @property
+    def grid(self) -> tuple[NDArray[np.uint8], float, float, float]:
+        """Costs, resolution and origin, as kernels take them."""
+        return self.costs, self.resolution, self.origin_x, self.origin_y
+
     def world_to_map(self, x: float, y: float) -> tuple[int, int] | None:
         """Return ``(row, col)`` of the cell that holds the point, None off the map (``worldToMap``)."""
         if x < self.origin_x or y < self.origin_y:
@@ -43,8 +48,3 @@ class Costmap:
         row = int((y - self.origin_y) / self.resolution)
         rows, cols = self.costs.shape
         return (row, col) if row < rows and col < cols else None
-
-    def size_in_meters(self) -> tuple[float, float]:
-        """``(x, y)`` extent as Nav2's ``getSizeInMeters`` counts it: half a cell short, m."""
-        rows, cols = self.costs.shape
-        return (cols - 0.5) * self.resolution, (rows - 0.5) * self.resolution

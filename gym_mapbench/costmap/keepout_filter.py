@@ -10,10 +10,9 @@ from typing import Annotated
 import numpy as np
 from pydantic import Field
 
-from gym_mapbench.costmap.filter import CostmapFilter
 from gym_mapbench.costmap.filter_mask import UNKNOWN, FilterMask
 from gym_mapbench.costmap.grid import INSCRIBED_INFLATED_OBSTACLE, LETHAL_OBSTACLE, NO_INFORMATION
-from gym_mapbench.costmap.layer import Box, Cells, Costs, Window
+from gym_mapbench.costmap.layer import Box, Cells, Costs, Layer, Window
 from gym_mapbench.kernels.filters import NO_OVERRIDE, write_mask
 from gym_mapbench.kernels.raytrace import touch
 from gym_mapbench.releases import Release
@@ -48,7 +47,7 @@ def mask_costs(mask: FilterMask) -> Costs:
     return costs.astype(np.uint8)
 
 
-class Keepout(CostmapFilter):
+class Keepout(Layer):
     """Writes the mask's costs over the layers' where they are higher.
 
     Args:
@@ -63,11 +62,6 @@ class Keepout(CostmapFilter):
         self._geometry = options.mask.geometry
         self._was_lethal = self._is_lethal = False
         self.reset()
-
-    @property
-    def depends_on_robot(self) -> bool:
-        """Whether the costs change with the robot's pose."""
-        return self._options.override_lethal_cost
 
     def reset(self) -> None:
         """Take the mask anew (``initializeFilter``): since Jazzy it then widens the next update."""
@@ -87,7 +81,7 @@ class Keepout(CostmapFilter):
             if self._release == "lyrical":
                 self._widen_box(box)
 
-    def process(self, window: Window, master: Costs, cells: Cells, robot: Pose) -> None:
+    def update_costs(self, window: Window, master: Costs, cells: Cells) -> None:
         """Raise the costs of these cells; see :func:`~gym_mapbench.kernels.filters.write_mask`."""
         overlap = self._overlap(window, cells)
         if overlap is None:

@@ -118,7 +118,10 @@ class LayerContext:
 
 
 class Layer(ABC):
-    """A plugin of a costmap. It covers the cells of a window, which the caller moves."""
+    """A plugin of a costmap. It covers the cells of a window, which the caller moves.
+
+    A filter is a layer that works behind the others, on a copy of their cells.
+    """
 
     def reset(self) -> None:  # noqa: B027 - most layers have nothing to forget
         """Forget all observations."""

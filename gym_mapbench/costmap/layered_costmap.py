@@ -10,9 +10,7 @@ from dataclasses import replace
 
 import numpy as np
 
-from gym_mapbench.costmap.filter import CostmapFilter
 from gym_mapbench.costmap.grid import Costmap
-from gym_mapbench.costmap.inflation_filter import InflationBehind
 from gym_mapbench.costmap.inflation_layer import Inflation, InflationLayer
 from gym_mapbench.costmap.keepout_filter import Keepout
 from gym_mapbench.costmap.layer import Box, Cells, Costs, Layer, LayerContext, Window
@@ -67,13 +65,13 @@ class LayeredCostmap:
     _written: Costs
     _filtered: Costs | None
     _unchanging: Costmap | None
-    _filters: list[CostmapFilter]
+    _filters: list[Layer]
 
     def __init__(self, params: CostmapParams, grid: GridMap, footprint: Footprint) -> None:
         self._params, self._grid, self._footprint = params, grid, footprint
         self._default = params.default_cost
         self._start_over()
-        self._never_changes = not (params.observes or params.rolling_window or self._follows_robot)
+        self._never_changes = not (params.observes or params.follows_robot)
 
     def reset(self, pose: Pose) -> None:
         """Forget all observations and place the window around ``pose`` as at start-up."""
@@ -165,17 +163,17 @@ class LayeredCostmap:
         params, grid = self._params, self._grid
         self._window = _window(params, grid)
         context = LayerContext(params, grid, self._window.shape, self._window.resolution, self._footprint)
-        keepouts = {name: Keepout(options, params.release) for name, options in params.keepout_filters.items()}
         speeds = {name: SpeedZones(options) for name, options in params.speed_filters.items()}
-        behind = {name: _inflation(name, layer, context) for name, layer in params.inflation_filters.items()}
-        among, made = params.filters_among_layers, [*keepouts.items(), *speeds.items(), *behind.items()]
+        filters: dict[str, Layer] = {
+            **{name: Keepout(options, params.release) for name, options in params.keepout_filters.items()},
+            **speeds,
+            **{name: _inflation(name, layer, context) for name, layer in params.inflation_filters.items()},
+        }
+        among = params.filters_among_layers
         self._speed_zones = list(speeds.values())
-        self._follows_robot = any(each.depends_on_robot for _, each in made)
-        self._filters = [each for name, each in made if name not in among]
+        self._filters = [each for name, each in filters.items() if name not in among]
         self._layers = {
-            name: _FilterLayer([each for own, each in made if own == name])
-            if name in among
-            else _make_layer(name, params, context)
+            name: filters[name] if name in among else _make_layer(name, params, context)
             for name in params.plugins
             if name in among or params.writes(name) or LAYERS.get(name).widens_when_disabled
         }
@@ -206,16 +204,16 @@ class LayeredCostmap:
         self._written[row0:row1, col0:col1] = self._default
         for layer in self._layers.values():
             layer.update_costs(self._window, self._written, cells)
-        self._filter(cells, pose)
+        self._filter(cells)
 
-    def _filter(self, cells: Cells, pose: Pose) -> None:
+    def _filter(self, cells: Cells) -> None:
         """Let the filters work on the cells that the layers have written."""
         if self._filtered is None:
             return
         row0, col0, row1, col1 = cells
         self._filtered[row0:row1, col0:col1] = self._written[row0:row1, col0:col1]
         for each in self._filters:
-            each.process(self._window, self._filtered, cells, pose)
+            each.update_costs(self._window, self._filtered, cells)
 
 
 def _window(params: CostmapParams, grid: GridMap) -> Window:
@@ -237,32 +235,12 @@ def _make_layer(name: str, params: CostmapParams, context: LayerContext) -> Laye
     return layer if name in LAYERS.built_in else _GuardedLayer(name, layer)
 
 
-def _inflation(name: str, options: InflationLayer, context: LayerContext) -> InflationBehind:
+def _inflation(name: str, options: InflationLayer, context: LayerContext) -> Inflation:
     """Make an inflation layer that works behind the filters."""
     try:
-        return InflationBehind(Inflation(options, context))
+        return Inflation(options, context)
     except ConfigError as error:
         raise ConfigError(f"inflation_filters.{name}.{error}") from None
-
-
-class _FilterLayer(Layer):
-    """The filters of one name that ``plugins`` lists among the layers: the layers behind see what they write."""
-
-    def __init__(self, filters: list[CostmapFilter]) -> None:
-        self._filters = filters
-
-    def reset(self) -> None:
-        for each in self._filters:
-            each.reset()
-
-    def update_bounds(self, window: Window, robot: Pose, box: Box) -> None:
-        self._robot = robot
-        for each in self._filters:
-            each.update_bounds(window, robot, box)
-
-    def update_costs(self, window: Window, master: Costs, cells: Cells) -> None:
-        for each in self._filters:
-            each.process(window, master, cells, self._robot)
 
 
 class _GuardedLayer(Layer):

@@ -106,6 +106,12 @@ class CostmapParams(CostmapOptions):
         return any(self.writes(name) for name in self.clearable)
 
     @property
+    def follows_robot(self) -> bool:
+        """Whether the costs, or the published speed limits, change with the robot's pose."""
+        overrides = any(keepout.override_lethal_cost for keepout in self.keepout_filters.values())
+        return self.rolling_window or bool(self.speed_filters) or overrides
+
+    @property
     def clearable(self) -> tuple[str, ...]:
         """Names of the layers that a clear can name (``isClearable``): those that look at scans."""
         return tuple(name for name in self.plugins if name in self.layers and LAYERS.get(name).observes)

@@ -9,9 +9,8 @@ from typing import NamedTuple
 
 import numpy as np
 
-from gym_mapbench.costmap.filter import CostmapFilter
 from gym_mapbench.costmap.filter_mask import UNKNOWN, FilterMask
-from gym_mapbench.costmap.layer import Cells, Costs, Window
+from gym_mapbench.costmap.layer import Box, Cells, Costs, Layer, Window
 from gym_mapbench.settings import Settings
 from gym_mapbench.world.frames import compose
 from gym_mapbench.world.scenario import Pose
@@ -60,14 +59,12 @@ class SpeedFilter(Settings):
         return NO_SPEED_LIMIT if limit < 0.0 or (self.percentage and limit > PERCENT) else limit
 
 
-class SpeedZones(CostmapFilter):
+class SpeedZones(Layer):
     """Publishes the speed limit at the robot's pose whenever it changes; costs stay as they are.
 
     Args:
         options: Options of the filter.
     """
-
-    depends_on_robot = False
 
     def __init__(self, options: SpeedFilter) -> None:
         self._options = options
@@ -75,9 +72,13 @@ class SpeedZones(CostmapFilter):
         self._published = NO_SPEED_LIMIT
         self._news: list[SpeedLimit] = []
 
-    def process(self, window: Window, master: Costs, cells: Cells, robot: Pose) -> None:
+    def update_bounds(self, window: Window, robot: Pose, box: Box) -> None:
+        """Remember the robot; the box stays as it is, as no cost changes."""
+        self._robot = robot
+
+    def update_costs(self, window: Window, master: Costs, cells: Cells) -> None:
         """Publish the limit at the robot if it is new; off the mask and on unknown cells the old limit stays."""
-        cell = self._options.mask.cell_at(compose(window.frame, robot))
+        cell = self._options.mask.cell_at(compose(window.frame, self._robot))
         limit = None if cell is None else self._options.limit_of(int(self._values[cell]))
         if limit is not None and limit != self._published:
             self._published = limit

@@ -20,11 +20,10 @@ from gym_mapbench.env.traffic import Mask, Traffic
 from gym_mapbench.kernels.motion import drive_robots
 from gym_mapbench.kernels.observation import read_robots, scan_worlds, see_goals
 from gym_mapbench.kernels.task import judge_worlds
-from gym_mapbench.world.contacts import stands_still
 from gym_mapbench.world.lidar import directions
 from gym_mapbench.world.proximity import Proximity
 from gym_mapbench.world.state import Worlds, drive_of
-from gym_mapbench.world.world import BODY, World
+from gym_mapbench.world.world import BODY, World, stands_still
 
 OUTCOME_NAMES, TOUCHED_NAMES = np.array(OUTCOMES, dtype=object), np.array(TOUCHED, dtype=object)
 Touched = NDArray[np.int64]

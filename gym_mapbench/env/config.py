@@ -22,7 +22,7 @@ from gym_mapbench.settings import ExtendedSettings
 from gym_mapbench.trust import refuse_code
 from gym_mapbench.world.gridmap import GridMap
 from gym_mapbench.world.lidar import LidarSettings
-from gym_mapbench.world.noise import NoiseSettings, make_noise
+from gym_mapbench.world.noise import NOISES, NoiseSettings
 from gym_mapbench.world.plant import PlantName
 from gym_mapbench.world.robot import LidarMount, RobotSpec, make_robot
 from gym_mapbench.world.scenario import MapSet, Pose, Scenario
@@ -141,7 +141,7 @@ class EnvConfig(ExtendedSettings):
     @field_validator("noise", mode="before")
     @classmethod
     def _noise_by_name(cls, value: object) -> object:
-        return make_noise(value) if isinstance(value, str) else value
+        return NOISES.get(value) if isinstance(value, str) else value
 
     @field_validator("observation")
     @classmethod

@@ -22,14 +22,13 @@ from gym_mapbench.env.scenario_source import ScenarioSource
 from gym_mapbench.env.task import TOUCHED, Standing, Task
 from gym_mapbench.errors import unknown_name
 from gym_mapbench.world.clearance import check_clearance, sample_start
-from gym_mapbench.world.contacts import stands_still
 from gym_mapbench.world.noise import Streams, Wander
 from gym_mapbench.world.proximity import Proximity
 from gym_mapbench.world.robot import RobotSpec
 from gym_mapbench.world.scenario import Scenario
 from gym_mapbench.world.simulation import Simulation
 from gym_mapbench.world.state import Worlds
-from gym_mapbench.world.world import BODY, World
+from gym_mapbench.world.world import BODY, World, stands_still
 
 Observation = dict[str, NDArray[Any]]
 

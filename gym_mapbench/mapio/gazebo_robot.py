@@ -120,11 +120,6 @@ class RobotModel:
         return round(GROUND_CLEARANCE + self.chassis_height / 2, 6)
 
     @property
-    def separation(self) -> float:
-        """Distance between the wheels."""
-        return self.spec.wheel_separation
-
-    @property
     def casters(self) -> dict[str, float]:
         """Place of the casters along x, one before and one behind the axle."""
         return {"front": 0.7 * self.front, "back": 0.7 * self.back}

@@ -14,9 +14,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from gym_mapbench.metrics.episode import Episode
-from gym_mapbench.world.contacts import stands_still
 from gym_mapbench.world.crowd import Track, place_crowd
 from gym_mapbench.world.proximity import Proximity
+from gym_mapbench.world.world import stands_still
 
 Floats = NDArray[np.float64]
 

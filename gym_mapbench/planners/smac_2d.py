@@ -188,10 +188,9 @@ class Smac2DPlanner:
         options = self.params.smoother
         if len(points) < SHORTEST_SMOOTHED or options.max_iterations == 0:
             return points
-        grid = costmap.costs, costmap.resolution, costmap.origin_x, costmap.origin_y
         weights = options.w_data, options.w_smooth, options.tolerance, options.max_iterations
         refinements = options.refinement_num if options.do_refinement else 0
-        smoothed: NDArray[np.float64] = smooth_and_refine(points, *grid, *weights, refinements)[0]
+        smoothed: NDArray[np.float64] = smooth_and_refine(points, *costmap.grid, *weights, refinements)[0]
         return smoothed
 
 

@@ -76,13 +76,12 @@ class SimpleSmoother:
     def smooth(self, costmap: Costmap, path: Path) -> Smoothed:
         """Return a path with the same number of poses and the same ends; see ``PathSmoother.smooth``."""
         params, humble = self.params, self.params.release == "humble"
-        grid = costmap.costs, costmap.resolution, costmap.origin_x, costmap.origin_y
         weights = params.w_data, params.w_smooth, params.tolerance, params.max_its
         smoothed, refinements = path.copy(), self._refinements
         cut = params.enforce_path_inversion is not False
         for part in segments_of(path, cut=cut, longer_than=LONGER_THAN[params.release]):
             points = np.ascontiguousarray(path[part, :2])
-            smoothed[part, :2], rests, done = smooth_and_refine(points, *grid, *weights, refinements)
+            smoothed[part, :2], rests, done = smooth_and_refine(points, *costmap.grid, *weights, refinements)
             turn_along(smoothed[part])
             if humble and not rests:
                 return Smoothed(smoothed, was_completed=False)

@@ -100,7 +100,7 @@ class NoiseSettings(Settings):
         level = values["level"]
         if not isinstance(level, str):
             raise ConfigError(f"level: expected one of {', '.join(NOISES)}, got {level!r:.80}")
-        return {**make_noise(level).model_dump(), **own}
+        return {**NOISES.get(level).model_dump(), **own}
 
     @property
     def drifts(self) -> bool:
@@ -200,22 +200,13 @@ _LEVELS: dict[str, NoiseSettings] = {
 NOISES: Registry[NoiseSettings] = Registry("noise", "noise_levels", _LEVELS, check=must_be(NoiseSettings))
 
 
-def make_noise(name: str) -> NoiseSettings:
-    """Return a level by name.
-
-    Raises:
-        ConfigError: If there is no such level.
-    """
-    return NOISES.get(name)
-
-
 def read_noise(value: str | Mapping[str, Any], where: str) -> NoiseSettings:
     """Return a level by name, or the settings of a mapping; ``where`` opens every error message.
 
     Raises:
         ConfigError: If there is no such level, or a setting is unknown or out of range.
     """
-    return make_noise(value) if isinstance(value, str) else NoiseSettings.from_mapping(value, where)
+    return NOISES.get(value) if isinstance(value, str) else NoiseSettings.from_mapping(value, where)
 
 
 class Streams(NamedTuple):

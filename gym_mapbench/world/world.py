@@ -11,7 +11,7 @@ import math
 from collections.abc import Sequence
 
 import numpy as np
-from numpy.typing import NDArray
+from numpy.typing import ArrayLike, NDArray
 
 from gym_mapbench.errors import ConfigError
 from gym_mapbench.kernels.bodies import bodies_near, farthest_step
@@ -25,6 +25,9 @@ Floats = NDArray[np.float64]
 
 WALL, BODY = 1, 2
 """What the robot touched; the values add up where it touched both, and 0 stands for nothing."""
+
+STANDS = 0.01
+"""Largest speed that counts as standing still, m/s and rad/s."""
 
 LOOK_AHEAD = 512
 """Control steps for which the poses of all bodies are computed at once."""
@@ -161,3 +164,12 @@ class World:
                 f"body {number} ({self.bodies[number].motion.name}): expected at most {limit:g} m/s at "
                 f"{self.physics_hz:g} physics steps per second, got {speed:g} m/s"
             )
+
+
+def stands_still(velocities: ArrayLike) -> NDArray[np.bool_]:
+    """Return whether a robot stands still, at velocities ``(..., 2)`` m/s and rad/s.
+
+    A contact is the body's if the robot stood still at the beginning of the control step in which it is felt.
+    """
+    stands: NDArray[np.bool_] = np.abs(velocities).max(axis=-1) <= STANDS
+    return stands

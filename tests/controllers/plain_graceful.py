@@ -7,7 +7,7 @@ import math
 
 import numpy as np
 
-from tests.controllers.plain_rpp import outline_cost
+from tests.controllers.plain_rpp import outline_cost, size_in_meters
 
 
 def wrap(angle):
@@ -39,7 +39,7 @@ class PlainGraceful:
 
     def local_plan(self):
         x, y, _ = self.pose
-        width, height = self.costmap.size_in_meters()
+        width, height = size_in_meters(self.costmap)
         search = self.p.max_robot_pose_search_dist
         search = width / 2 if search is None else math.inf if search < 0 else search
         length, away = 0.0, []

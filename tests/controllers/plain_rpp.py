@@ -27,6 +27,12 @@ def bresenham(row0, col0, row1, col1):
     return cells
 
 
+def size_in_meters(costmap):
+    """``(x, y)`` extent as Nav2's ``getSizeInMeters`` counts it before Lyrical: half a cell short, m."""
+    rows, cols = costmap.costs.shape
+    return (cols - 0.5) * costmap.resolution, (rows - 0.5) * costmap.resolution
+
+
 def outline_cost(costmap, pose, corners):
     x, y, yaw = pose
     at = [
@@ -61,10 +67,10 @@ class PlainRpp:
     def __call__(self, pose, velocity, costmap):
         p = self.p
         x, y, yaw = pose
-        extent = max(costmap.size_in_meters()) / 2
+        extent = max(size_in_meters(costmap)) / 2
         search = p.max_robot_pose_search_dist
         if search is None:
-            search = costmap.size_in_meters()[0] / 2 if self.jazzy else extent
+            search = size_in_meters(costmap)[0] / 2 if self.jazzy else extent
         search = INFINITE if search < 0 else search
         local = self.local_plan(x, y, yaw, extent, search)
         if p.use_fixed_curvature_lookahead and p.interpolate_curvature_after_goal and len(self.poses) == 1:

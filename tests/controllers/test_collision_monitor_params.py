@@ -12,8 +12,8 @@ from controllers.collision_monitor import CollisionMonitor, MonitorPolygon, Moni
 from controllers.nav2_params import NavigationParams, parse_nav2_params, read_nav2_params, write_nav2_params
 from controllers.nav2_params.migration import migrate_file
 from controllers.nav2_params.summary import describe_monitor, summarise
-from controllers.releases import RELEASES
 from gym_mapbench.errors import ConfigError
+from gym_mapbench.releases import RELEASES
 
 ROOT = Path(__file__).resolve().parents[2]
 FLAT = [0.3, 0.2, 0.3, -0.2, -0.1, -0.2, -0.1, 0.2]

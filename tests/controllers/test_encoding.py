@@ -7,7 +7,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from controllers.learned.encoding import FEATURES, SOURCES, Encoder, EncodingSettings
+from controllers.learned.encoding import FEATURES, Encoder, EncodingSettings, source_of
 from controllers.learned.kernels import free_arcs
 from controllers.learned.memory import Frames, Sight
 from gym_mapbench.env.config import EnvConfig
@@ -19,7 +19,7 @@ WORLD = EnvConfig(lidar={"beams": 8, "range_max": 3.5}, path={"points": 3}, cost
 
 def encoded(feature, values, **settings):
     encoder = Encoder(EncodingSettings(features=(feature,), **settings), WORLD)
-    return encoder.encode({SOURCES.get(feature, feature): np.array([values], dtype=float)})[0]
+    return encoder.encode({source_of(feature): np.array([values], dtype=float)})[0]
 
 
 @pytest.mark.parametrize(

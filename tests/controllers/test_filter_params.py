@@ -8,19 +8,13 @@ import numpy as np
 import pytest
 import yaml
 
-from controllers.nav2_params import (
-    NavigationParams,
-    mask_files,
-    parse_nav2_params,
-    read_nav2_params,
-    write_nav2_params,
-)
+from controllers.nav2_params import NavigationParams, mask_files, parse_nav2_params, read_nav2_params, write_nav2_params
 from controllers.nav2_params.migration import migrate_file
 from controllers.nav2_params.summary import describe_filters, summarise
-from controllers.releases import RELEASES
 from gym_mapbench.costmap import CostmapParams, FilterMask, InflationLayer, KeepoutFilter, SpeedFilter
 from gym_mapbench.errors import ConfigError
 from gym_mapbench.mapio.netpbm import encode_pgm
+from gym_mapbench.releases import RELEASES
 
 PLUGIN = {"humble": "nav2_navfn_planner/NavfnPlanner"}
 MASK_YAML = (

@@ -12,9 +12,9 @@ from controllers.nav2_params import load_preset
 from controllers.nav2_params.parsing import parse_nav2_params
 from controllers.nav2_params.plugins import COSTMAP_LAYERS
 from controllers.nav2_params.writing import write_nav2_params
-from controllers.releases import RELEASES
 from gym_mapbench.costmap import LAYERS, DenoiseLayer, ObservationSource, VoxelLayer
 from gym_mapbench.errors import ConfigError
+from gym_mapbench.releases import RELEASES
 from gym_mapbench.ros_params import since
 
 UNSEEN = ObservationSource(marking=False, clearing=False)

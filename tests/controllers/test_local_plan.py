@@ -7,9 +7,9 @@ import pytest
 
 from controllers.base import InvalidPath, LocalPlan, Twist
 from controllers.checkers import GoalChecker
-from controllers.feasible_path_handler import FeasiblePathHandler
 from controllers.navigator.behavior_tree import Condition, Fallback, RoundRobin, Status
 from controllers.navigator.checkers import make_goal_checker
+from controllers.navigator.path_handler import FeasiblePathHandler
 from controllers.navigator.path_keeper import PathKeeper, PathValidity
 from controllers.path_handler import PathHandler
 from controllers.rpp.dynamic_window import window_command

@@ -7,24 +7,18 @@ import yaml
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
+from controllers.behaviors import BehaviorServer, DriveLimits
+from controllers.checkers import GoalChecker, ProgressChecker
 from controllers.nav2_params import load_preset, parse_nav2_params, write_nav2_params
-from controllers.nav2_params.navigation import (
-    BehaviorServer,
-    ControllerPlugin,
-    ControllerServer,
-    DriveLimits,
-    GoalChecker,
-    NavigationParams,
-    PlannerPlugin,
-    ProgressChecker,
-)
+from controllers.nav2_params.navigation import ControllerServer, NavigationParams
+from controllers.nav2_params.plugin_settings import ControllerPlugin, PlannerPlugin
 from controllers.nav2_params.values import write_values
 from controllers.path_handler import PathHandler
-from controllers.releases import RELEASES
 from controllers.rotation_shim.params import params_around
 from controllers.rpp.params import RppParams
 from gym_mapbench.costmap import CostmapParams, InflationLayer
 from gym_mapbench.errors import ConfigError
+from gym_mapbench.releases import RELEASES
 from gym_mapbench.world.robot import make_robot
 from tests.controllers.test_parameter_files import DWB, MPPI, RPP, SHIM, found, node, with_controller, with_layers
 

@@ -10,18 +10,11 @@ import yaml
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from controllers.nav2_params import (
-    load_preset,
-    parse_nav2_params,
-    read_nav2_params,
-)
-from controllers.nav2_params.navigation import (
-    GoalChecker,
-    PlannerPlugin,
-    ProgressChecker,
-    VelocitySmoother,
-)
+from controllers.checkers import GoalChecker, ProgressChecker
+from controllers.nav2_params import load_preset, parse_nav2_params, read_nav2_params
+from controllers.nav2_params.navigation import VelocitySmoother
 from controllers.nav2_params.parsing import SECTIONS
+from controllers.nav2_params.plugin_settings import PlannerPlugin
 from gym_mapbench.costmap import CostmapParams, InflationLayer, ObservationSource, ObstacleLayer
 from gym_mapbench.errors import ConfigError
 from gym_mapbench.world.robot import make_robot

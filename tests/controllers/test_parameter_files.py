@@ -15,8 +15,8 @@ from controllers.nav2_params import PRESETS, parse_nav2_params, read_nav2_params
 from controllers.nav2_params.document import read_document
 from controllers.nav2_params.migration import migrate_file
 from controllers.nav2_params.presets import read_preset
-from controllers.releases import RELEASES
 from gym_mapbench.errors import ConfigError
+from gym_mapbench.releases import RELEASES
 from gym_mapbench.ros_params import fill_templates, parse_defines
 from gym_mapbench.ros_params.templates import find_template
 from gym_mapbench.world.robot import RobotSpec

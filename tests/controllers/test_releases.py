@@ -4,12 +4,14 @@ from __future__ import annotations
 
 import pytest
 
+from controllers.checkers import GoalChecker
 from controllers.nav2_params import PRESETS, NavigationParams, load_preset
-from controllers.nav2_params.navigation import ControllerPlugin, ControllerServer, GoalChecker, PlannerPlugin
+from controllers.nav2_params.navigation import ControllerServer
+from controllers.nav2_params.plugin_settings import ControllerPlugin, PlannerPlugin
 from controllers.registry import make_controller
-from controllers.releases import RELEASES
 from gym_mapbench.costmap import CostmapParams
 from gym_mapbench.errors import ConfigError
+from gym_mapbench.releases import RELEASES
 from gym_mapbench.world.robot import make_robot
 
 

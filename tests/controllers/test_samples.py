@@ -12,8 +12,8 @@ from controllers.mppi.controller import MppiFollower
 from controllers.mppi.kernels.rollout import retrace
 from controllers.mppi.params import MppiParams
 from controllers.nav2_params import load_preset
-from controllers.releases import RELEASES
 from gym_mapbench.costmap import Costmap
+from gym_mapbench.releases import RELEASES
 from gym_mapbench.world.footprint import Footprint
 from gym_mapbench.world.scenario import Pose
 

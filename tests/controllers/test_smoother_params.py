@@ -9,8 +9,8 @@ from controllers.nav2_params import NavigationParams, parse_nav2_params, summari
 from controllers.nav2_params.document import Document
 from controllers.nav2_params.migration import migrate_file
 from controllers.nav2_params.presets import load_preset
-from controllers.releases import RELEASES
 from gym_mapbench.errors import ConfigError
+from gym_mapbench.releases import RELEASES
 from tests.controllers.trees import FOLLOW, PLAN, xml_of
 
 SIMPLE, GOLAY = "nav2_smoother::SimpleSmoother", "nav2_smoother::SavitzkyGolaySmoother"

@@ -16,7 +16,7 @@ from controllers.nav2_params import (
     write_nav2_params,
 )
 from controllers.nav2_params.document import Document
-from controllers.tree_xml import NODES
+from controllers.tree_xml.nodes import NODES
 from evolution import configuration_of
 from evolution.benchmark.parameter_differences import parameter_rows
 from gym_mapbench.errors import ConfigError

@@ -2,9 +2,10 @@ from __future__ import annotations
 
 import pytest
 
-from controllers.releases import RELEASES
-from controllers.tree_xml import plugin_names, read_tree
+from controllers.tree_xml.needs import plugin_names
+from controllers.tree_xml.reading import read_tree
 from gym_mapbench.errors import ConfigError
+from gym_mapbench.releases import RELEASES
 from tests.controllers.trees import FOLLOW, PLAN, default_xml, xml_of
 
 DRIVE = f"<Sequence>{PLAN}{FOLLOW}</Sequence>"

@@ -10,8 +10,8 @@ import yaml
 
 from controllers.nav2_params import load_preset, parse_nav2_params, read_nav2_params
 from controllers.nav2_params.migration import migrate_file
-from controllers.releases import RELEASES
 from gym_mapbench.errors import ConfigError
+from gym_mapbench.releases import RELEASES
 
 RPP = "nav2_regulated_pure_pursuit_controller::RegulatedPurePursuitController"
 SERVER = {

@@ -7,6 +7,8 @@ import yaml
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
+from controllers.behaviors import BehaviorServer, BehaviorTree, DriveLimits, default_tree
+from controllers.checkers import GoalChecker, ProgressChecker
 from controllers.nav2_params import (
     PRESETS,
     NavigationParams,
@@ -15,18 +17,8 @@ from controllers.nav2_params import (
     parse_nav2_params,
     write_nav2_params,
 )
-from controllers.nav2_params.navigation import (
-    BehaviorServer,
-    BehaviorTree,
-    ControllerPlugin,
-    ControllerServer,
-    DriveLimits,
-    GoalChecker,
-    PlannerPlugin,
-    ProgressChecker,
-    VelocitySmoother,
-    default_tree,
-)
+from controllers.nav2_params.navigation import ControllerServer, VelocitySmoother
+from controllers.nav2_params.plugin_settings import ControllerPlugin, PlannerPlugin
 from controllers.nav2_params.plugins import CONTROLLERS
 from gym_mapbench.costmap import CostmapParams, InflationLayer, ObservationSource, ObstacleLayer
 from gym_mapbench.errors import ConfigError

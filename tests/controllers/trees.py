@@ -3,8 +3,8 @@
 from __future__ import annotations
 
 from controllers.behaviors import default_tree
-from controllers.releases import Release
 from gym_mapbench.mapio.rendering import render
+from gym_mapbench.releases import Release
 
 
 def default_xml(release: Release = "humble", **numbers: object) -> str:

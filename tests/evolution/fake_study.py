@@ -10,13 +10,13 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from controllers.nav2_params.presets import overlay
 from evolution.driving import EXECUTORS
 from evolution.driving.jobs import Job, RunResult
 from evolution.search import experiment_of
 from evolution.studies import StudySettings
 from evolution.studies.baselines.path_length import PLANNER
 from gym_mapbench.metrics.episode import Episode, Event
+from gym_mapbench.ros_params import overlay
 from tests.evolution.fake_runs import SMALL, WORLD, InProcess
 
 OPTIONS = {

@@ -303,7 +303,7 @@ def test_the_chassis_is_the_box_around_a_footprint_that_reaches_farther_to_one_s
 )
 def test_the_wheels_lie_inside_the_outline(robot):
     model = RobotModel.of(robot, LidarSettings())
-    assert model.separation / 2 + model.wheel_radius < min(model.left, -model.right)
+    assert model.spec.wheel_separation / 2 + model.wheel_radius < min(model.left, -model.right)
 
 
 @pytest.mark.parametrize("robot", ["turtlebot3_burger", "jackal"])

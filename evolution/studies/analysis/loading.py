@@ -9,7 +9,6 @@ from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
-from controllers.nav2_params.presets import overlay
 from evolution.files import Versions, check, counted, differences, written_elsewhere
 from evolution.runs import CONFIG, RecordedExperiment, RunDir, errors_in, load_run, results_in
 from evolution.search import experiment_of
@@ -18,6 +17,7 @@ from evolution.studies.directory import RESOLVED, STUDY, StudyDir
 from evolution.studies.reevaluation import read_reevaluation
 from evolution.studies.settings import Configuration
 from gym_mapbench.errors import MapBenchError, RunError, UntrustedError
+from gym_mapbench.ros_params import overlay
 from gym_mapbench.trust import refuse_code
 
 

@@ -7,13 +7,13 @@ from typing import Annotated, Any
 import numpy as np
 from pydantic import Field, field_validator
 
-from controllers.nav2_params.presets import overlay
 from evolution.driving import ControllerSpec, DriveSettings, JobPlan
 from evolution.search import DEFAULT_CONTROLLERS, controllers_from
 from evolution.studies.settings import Document, Name
 from gym_mapbench.env.scenario_source import draw_scenarios
 from gym_mapbench.errors import ConfigError
 from gym_mapbench.quantities import Few, Natural
+from gym_mapbench.ros_params import overlay
 from gym_mapbench.settings import Settings
 from gym_mapbench.world.scenario import Scenario
 

@@ -8,8 +8,8 @@ from typing import Any
 import numpy as np
 
 from controllers.base import STOP, Twist
-from controllers.nav2_params.navigation import BehaviorServer as BehaviorServerParams
-from controllers.nav2_params.navigation import DriveLimits
+from controllers.behaviors import BehaviorServer as BehaviorServerParams
+from controllers.behaviors import DriveLimits
 from controllers.navigator.actions import ActionServer, GoalHandle
 from controllers.navigator.behavior_server import BehaviorServer
 from controllers.navigator.behaviors import BackUp, Behavior, DriveOnHeading, Spin, Wait

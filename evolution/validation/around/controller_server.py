@@ -13,13 +13,13 @@ from controllers.navigator import error_codes
 from controllers.navigator.actions import ActionServer, GoalHandle
 from controllers.navigator.controller_server import ControllerServer
 from controllers.navigator.rate import NEVER, TIME_RESOLUTION
-from controllers.releases import Release
 from evolution.validation.around.behaviors import AT_ONCE, EARLY, same_commands
 from evolution.validation.around.plant import RecordedPlant
 from evolution.validation.around.recordings import AroundOracle, Record
 from evolution.validation.around.robot import ReplayedRobot
 from evolution.validation.measures import Cases, Measure
 from gym_mapbench.costmap import Costmap
+from gym_mapbench.releases import Release
 from gym_mapbench.ros_params import nest_dotted, overlay
 from gym_mapbench.world.scenario import Pose
 

@@ -11,9 +11,9 @@ from functools import cached_property
 from pathlib import Path
 from typing import Any
 
-from controllers.releases import Release
 from evolution.validation.recorded import Arrays, read_arrays, read_json
 from gym_mapbench.errors import MapFormatError
+from gym_mapbench.releases import Release
 
 Record = Mapping[str, Any]
 TREE_FIELDS = ("time_us", "node", "status", "offset", "tick_step_us", "tick_offset")

@@ -9,8 +9,8 @@ from controllers.navigator.actions import ActionServer, GoalHandle, Outcome, Res
 from controllers.navigator.costmap_wait import CostmapWait, UpdatedCostmap
 from controllers.navigator.latency import Latency
 from controllers.navigator.rate import NEVER, TIME_RESOLUTION
-from controllers.releases import Release
 from evolution.validation.around.recordings import Record
+from gym_mapbench.releases import Release
 from gym_mapbench.world.scenario import Pose
 
 Log = Callable[[float, str, str], None]

@@ -10,19 +10,20 @@ import numpy as np
 from numpy.typing import NDArray
 
 from controllers.base import STOP, Twist
-from controllers.nav2_params.navigation import NavigationParams, default_tree
+from controllers.behaviors import default_tree
+from controllers.nav2_params.navigation import NavigationParams
 from controllers.navigator.behavior_tree import Status, halt_tree
-from controllers.navigator.costmap_wait import UpdateSchedule
+from controllers.navigator.costmap_wait import ScheduledCostmap
 from controllers.navigator.latency import Latency
 from controllers.navigator.navigate_to_pose import Blackboard, Clear, Servers
 from controllers.navigator.rate import NEVER, TIME_RESOLUTION
 from controllers.navigator.tree_builder import build_tree
 from controllers.navigator.tree_loop import TreeLoop
-from controllers.releases import Release
 from evolution.validation.around.recordings import AroundOracle, Record
 from evolution.validation.around.script import ACTIONS, LoggedServer, ScriptedExecutor
 from evolution.validation.measures import Cases, Measure
 from gym_mapbench.metrics.episode import RECOVERY_KINDS
+from gym_mapbench.releases import Release
 from gym_mapbench.world.scenario import Pose
 
 TICK = 0.01
@@ -54,7 +55,7 @@ class Standing(NamedTuple):
     acceleration: float = 0.0
 
 
-class ReplayedCostmap(UpdateSchedule):
+class ReplayedCostmap(ScheduledCostmap):
     """A costmap without cells, which is cleared and updated when it is due."""
 
     def is_current(self, now: float) -> bool:
@@ -169,7 +170,7 @@ class TreeReplay:
         self._log(now, "service", name)
         if which in self._costmaps:
             self._costmaps[which].is_current(now)
-            self._costmaps[which].clear()
+            self._costmaps[which].outdate()
         answer = next(self._answers.get(name, iter(())), SERVICE_TIME * 1000.0)
         return NEVER if answer < 0 else answer / 1000.0
 

@@ -9,8 +9,8 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from controllers.base import STOP, Twist
-from controllers.nav2_params.navigation import BehaviorServer as BehaviorServerParams
-from controllers.nav2_params.navigation import DriveLimits
+from controllers.behaviors import BehaviorServer as BehaviorServerParams
+from controllers.behaviors import DriveLimits
 from controllers.nav2_params.navigation import VelocitySmoother as VelocitySmootherParams
 from controllers.navigator.actions import ActionServer
 from controllers.navigator.behavior_server import BehaviorServer

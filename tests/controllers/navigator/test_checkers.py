@@ -7,7 +7,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from controllers.base import Twist
-from controllers.nav2_params.navigation import GoalChecker, ProgressChecker
+from controllers.checkers import GoalChecker, ProgressChecker
 from controllers.navigator.checkers import SimpleGoalChecker, make_goal_checker, make_progress_checker
 from gym_mapbench.world.scenario import Pose
 

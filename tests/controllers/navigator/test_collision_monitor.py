@@ -15,8 +15,8 @@ from controllers.collision_monitor import MonitorPolygon, MonitorSource
 from controllers.nav2_params.navigation import VelocitySmoother
 from controllers.navigator.collision_monitor import CollisionMonitor, is_in_range
 from controllers.navigator.navigator import Navigator
-from controllers.releases import RELEASES
 from gym_mapbench.kernels.collision_points import collision_time, count_inside
+from gym_mapbench.releases import RELEASES
 from gym_mapbench.world.footprint import Footprint
 from gym_mapbench.world.lidar import Lidar, LidarSettings
 from gym_mapbench.world.scenario import Pose

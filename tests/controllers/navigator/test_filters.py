@@ -10,12 +10,12 @@ from hypothesis import strategies as st
 from controllers.nav2_params import load_preset
 from controllers.navigator.navigator import Navigator
 from controllers.registry import make_controller
-from controllers.releases import RELEASES
 from evolution.driving.one_run import environment_for, run_episode
 from gym_mapbench.costmap import FilterMask, KeepoutFilter, LayeredCostmap, SpeedFilter
 from gym_mapbench.env.config import EnvConfig
 from gym_mapbench.errors import ConfigError, PlanningError
 from gym_mapbench.planners import make_planner
+from gym_mapbench.releases import RELEASES
 from gym_mapbench.world.footprint import Footprint
 from gym_mapbench.world.scenario import Pose, Scenario
 from tests.controllers.plain_follower import OPEN, Drive, PlainFollower, context, plain_navigation

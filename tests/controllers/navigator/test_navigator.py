@@ -8,8 +8,9 @@ import numpy as np
 import pytest
 
 from controllers.base import STOP, ControllerAbort, ControllerError, InvalidPath, Twist
+from controllers.checkers import GoalChecker, ProgressChecker
 from controllers.nav2_params import load_preset
-from controllers.nav2_params.navigation import GoalChecker, ProgressChecker, VelocitySmoother
+from controllers.nav2_params.navigation import VelocitySmoother
 from controllers.navigator import navigator as navigator_module
 from controllers.navigator.controller_server import ControllerServer
 from controllers.navigator.navigator import Navigator

@@ -9,9 +9,9 @@ import pytest
 
 from controllers.navigator import navigator as navigator_module
 from controllers.navigator.navigator import Navigator
-from controllers.releases import RELEASES
-from controllers.tree_xml import read_tree
+from controllers.tree_xml.reading import read_tree
 from gym_mapbench.errors import ConfigError
+from gym_mapbench.releases import RELEASES
 from gym_mapbench.world.scenario import Pose
 from tests.controllers.navigator.test_tree_builder import replans, run_of
 from tests.controllers.plain_follower import Drive, PlainFollower, context, plain_navigation

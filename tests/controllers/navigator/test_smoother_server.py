@@ -7,14 +7,14 @@ import re
 import numpy as np
 import pytest
 
-from controllers.nav2_params.navigation import SmootherPlugin
+from controllers.nav2_params.plugin_settings import SmootherPlugin
 from controllers.navigator import error_codes
 from controllers.navigator.actions import Outcome, Result
 from controllers.navigator.navigator import Navigator
 from controllers.navigator.smoother_server import SmootherServer, SmoothGoal
-from controllers.releases import RELEASES
 from gym_mapbench.costmap import Costmap
 from gym_mapbench.errors import ConfigError, SmoothingError
+from gym_mapbench.releases import RELEASES
 from gym_mapbench.smoothers import Smoothed, make_smoother
 from gym_mapbench.world.footprint import Footprint
 from tests.controllers.navigator.test_tree_builder import GOAL, START, Remembering

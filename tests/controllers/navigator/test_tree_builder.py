@@ -23,8 +23,8 @@ from controllers.navigator.path_nodes import IsGoalNearby, PathLongerOnApproach,
 from controllers.navigator.rate import Clock
 from controllers.navigator.tree_builder import MAKERS
 from controllers.navigator.tree_loop import TreeLoop
-from controllers.releases import RELEASES
-from controllers.tree_xml import NODES
+from controllers.tree_xml.nodes import NODES
+from gym_mapbench.releases import RELEASES
 from gym_mapbench.world.scenario import Pose
 from tests.controllers.navigator.test_behavior_tree import F, R, S, Scripted
 from tests.controllers.plain_follower import OPEN, Drive, PlainFollower, context, plain_navigation, walled_off

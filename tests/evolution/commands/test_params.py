@@ -6,7 +6,7 @@ import pytest
 import yaml
 
 from controllers.nav2_params import load_preset, parse_nav2_params, read_nav2_params
-from controllers.tree_xml import read_tree
+from controllers.tree_xml.reading import read_tree
 from evolution.cli import main
 from evolution.commands import COMMON, driving_options, options
 from evolution.commands.parameter_file import add_reading_options, shared_defines

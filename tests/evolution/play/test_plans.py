@@ -8,7 +8,6 @@ import pytest
 
 from controllers.nav2_params import PRESETS, load_preset
 from controllers.nav2_params.values import with_values
-from controllers.releases import RELEASES
 from evolution.cli import build_parser
 from evolution.commands import driving_options
 from evolution.driving import DriveSettings, JobPlan, ParameterFile
@@ -16,6 +15,7 @@ from evolution.play.messages.requests import AskParameters, Session
 from evolution.play.plans import FILE, Given, changed_file, command_lines, parameter_files, planned
 from evolution.search import controllers_from
 from gym_mapbench.errors import ConfigError
+from gym_mapbench.releases import RELEASES
 from tests.controllers.trees import FOLLOW, PLAN, xml_of
 
 CHANGES = {"dwb": {"PathAlign.scale": 20.0}, "mppi": {"temperature": 0.4}, "rpp": {"lookahead_dist": 0.9}}
