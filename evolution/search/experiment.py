@@ -64,14 +64,11 @@ class Experiment:
         """The fitness that judges map sets; a cluster fitness may have to be calibrated first."""
         return Fitness.of(self.search.judging, self.run.time_limit)
 
-    def sampling(self, draw_map: DrawMap | None = None) -> MapSampling:
-        """Return the operator that samples new maps.
-
-        Args:
-            draw_map: Samples one map; if None, of the families of the search, or of random shapes if there are none.
-        """
+    @property
+    def sampling(self) -> MapSampling:
+        """The operator that samples new maps, of the families of the search, or of random shapes if there are none."""
         search = self.search
-        return MapSampling(search.maps_per_set, search.shapes, draw_map or self._draw_map, search.people)
+        return MapSampling(search.maps_per_set, search.shapes, self._draw_map, search.people)
 
     @property
     def mutator(self) -> Mutator:

@@ -28,7 +28,7 @@ from evolution.search.expectations import Expectations
 from evolution.search.experiment import Experiment
 from evolution.search.judging import Fitness, Judgement, Objectives, best_of
 from evolution.search.judging.expected_fitness import RELIABILITY
-from evolution.search.operators import DrawMap, MapMutation, Trial
+from evolution.search.operators import MapMutation, Trial
 from evolution.search.record import Record
 from evolution.search.recorder import Journal, Recorder
 from evolution.search.staging import contenders, stages_of
@@ -92,7 +92,6 @@ def evolve(
     *,
     on_generation: OnGeneration | None = None,
     fitness: Fitness | None = None,
-    draw_map: DrawMap | None = None,
 ) -> EvolveResult:
     """Search for the best map set.
 
@@ -102,7 +101,6 @@ def evolve(
         recorder: Records the search, and continues one that was begun there; nothing is recorded if None.
         on_generation: Called after each generation.
         fitness: Judges map sets; if None, the fitness that ``experiment`` names.
-        draw_map: Samples one map; if None, of the families of ``experiment``.
 
     Raises:
         ConfigError: If ``recorder`` was made for another experiment.
@@ -111,7 +109,7 @@ def evolve(
     journal = Journal(recorder, experiment)
     if journal.is_new:
         evaluator.get_ready()
-    search = _Search(experiment, evaluator, journal, fitness, draw_map)
+    search = _Search(experiment, evaluator, journal, fitness)
     while search.step(on_generation):
         pass
     return search.result()
@@ -141,14 +139,7 @@ class _Clock:
 class _Search:
     """A running search and its record."""
 
-    def __init__(
-        self,
-        experiment: Experiment,
-        evaluator: Evaluator,
-        journal: Journal,
-        fitness: Fitness | None,
-        draw_map: DrawMap | None,
-    ) -> None:
+    def __init__(self, experiment: Experiment, evaluator: Evaluator, journal: Journal, fitness: Fitness | None) -> None:
         self.settings = settings = experiment.search
         self.evaluator = evaluator
         self.journal = journal
@@ -168,7 +159,7 @@ class _Search:
         self.algorithm: GeneticAlgorithm = make_algorithm(
             settings.ga,
             self.problem,
-            experiment.sampling(draw_map),
+            experiment.sampling,
             self.mutation,
             self.rng,
             settings.evaluations,
