@@ -74,7 +74,7 @@ class Experiment:
     def mutator(self) -> Mutator:
         """The operator that changes a map."""
         search = self.search
-        return Mutator(search.shapes, search.ga.mutation, search.families, self.run.robot, search.people)
+        return Mutator(search.shapes, search.ga.mutation, self.run.robot, search.families, search.people)
 
     @property
     def _draw_map(self) -> DrawMap:
