@@ -154,11 +154,7 @@ def make_levels(
 ) -> Levels:
     """Return what gives every episode its map; after ``done`` steps, others than at the beginning."""
     fresh_rng, replay_rng = (np.random.default_rng((settings.seed, done, stream)) for stream in range(2))
-    fresh: Levels = RandomLevels(
-        settings.world, settings.obstacles, settings.anywhere, settings.reuse, fresh_rng, settings.people
-    )
-    if maps:
-        fresh = GivenLevels(split(maps)[0], fresh_rng)
+    fresh: Levels = GivenLevels(split(maps)[0], fresh_rng) if maps else RandomLevels(settings, fresh_rng)
     return ReplayedLevels(settings.replay, fresh, split(curriculum)[0], replay_rng) if curriculum else fresh
 
 
