@@ -271,7 +271,13 @@ def kruskal_wallis(groups: Mapping[str, ArrayLike]) -> TestResult:
     else:
         statistic, p_value = map(float, stats.kruskal(*samples))
     return TestResult(
-        "Kruskal-Wallis", tuple(groups), _sizes(samples), statistic, p_value, statistic / (total - 1), "epsilon^2"
+        "Kruskal-Wallis",
+        tuple(groups),
+        tuple(map(len, samples)),
+        statistic,
+        p_value,
+        statistic / (total - 1),
+        "epsilon^2",
     )
 
 
@@ -397,7 +403,3 @@ def _samples(groups: Mapping[str, ArrayLike]) -> list[NDArray[np.float64]]:
         got = f"no value in {empty[0]!r}" if empty else f"{len(samples)} group"
         raise ConfigError(f"comparison: expected at least two groups with values, got {got}")
     return samples
-
-
-def _sizes(samples: Sequence[NDArray[np.float64]]) -> tuple[int, ...]:
-    return tuple(map(len, samples))
