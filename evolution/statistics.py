@@ -265,20 +265,13 @@ def kruskal_wallis(groups: Mapping[str, ArrayLike]) -> TestResult:
     from scipy import stats
 
     samples = _samples(groups)
-    total = sum(map(len, samples))
+    sizes = tuple(map(len, samples))
     if np.ptp(np.concatenate(samples)) == 0:
         statistic, p_value = 0.0, 1.0
     else:
         statistic, p_value = map(float, stats.kruskal(*samples))
-    return TestResult(
-        "Kruskal-Wallis",
-        tuple(groups),
-        tuple(map(len, samples)),
-        statistic,
-        p_value,
-        statistic / (total - 1),
-        "epsilon^2",
-    )
+    effect = statistic / (sum(sizes) - 1)
+    return TestResult("Kruskal-Wallis", tuple(groups), sizes, statistic, p_value, effect, "epsilon^2")
 
 
 def pairwise_mann_whitney(
