@@ -30,7 +30,7 @@ from evolution.commands.parameter_file import shared_defines
 from evolution.commands.progress import WorkBar
 from evolution.driving import JobPlan
 from evolution.files import Row
-from evolution.inputs import barn_source, run_of, world_of
+from evolution.inputs import barn_source, run_of, seed_of, world_of
 from evolution.report import new_page, write_comparison_report
 from evolution.runs import LoadedRun
 from gym_mapbench.errors import ConfigError
@@ -146,9 +146,7 @@ def _plan(args: argparse.Namespace, searched: LoadedRun | None) -> JobPlan:
     controllers = driving_options.controllers_of(args, searched)
     settings = driving_options.drive_settings(args, world_of(searched))
     driving_options.note_models(controllers, settings)
-    default = 0 if searched is None else searched.config["search"]["seed"] + 1
-    seed = default if args.seed is None else args.seed
-    return JobPlan(controllers, settings, seed, args.repeats, tuple(args.metric))
+    return JobPlan(controllers, settings, seed_of(args.seed, searched), args.repeats, tuple(args.metric))
 
 
 def _label_and_file(text: str) -> tuple[str, str]:
