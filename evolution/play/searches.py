@@ -71,7 +71,8 @@ def search(driven: Driven, asked: AskSearch, run: RunJobs, send: Send) -> None:
         maps = maps if changed else done
         better = [one for one in best if one.score > first.score][:OFFERED]
         offers = [_offer(one, first, asked.goal) for one in better]
-        send(_offers(asked, done * each, maps * each, offers, _found(asked, better, done * each)))
+        text = _found(asked, better, done * each)
+        send(_offers(asked, done * each, maps * each, offers, text, finished=done >= maps))
 
 
 def why(driven: Driven, asked: AskWhy, run: RunJobs, send: Send) -> None:
@@ -101,7 +102,7 @@ def why(driven: Driven, asked: AskWhy, run: RunJobs, send: Send) -> None:
         text = (
             f"{asked.verdict}: the smallest map after {counted(runner.done, 'run')}; some obstacles may not be needed."
         )
-    send(_offers(asked, runner.done, asked.runs, [_smaller(smallest, asked)], text))
+    send(_offers(asked, runner.done, asked.runs, [_smaller(smallest, asked)], text, finished=True))
 
 
 @dataclass(frozen=True)
@@ -201,15 +202,13 @@ def _found(asked: AskSearch, better: Sequence[_Tried], done: int) -> str:
     return f"After {counted(done, 'run')}: {len(better) or 'no'} {several if len(better) > 1 else one}."
 
 
-def _offers(
-    asked: AskSearch | AskWhy, done: int, of: int, offers: list[Offer], text: str, *, finished: bool | None = None
-) -> Offers:
+def _offers(asked: AskSearch | AskWhy, done: int, of: int, offers: list[Offer], text: str, *, finished: bool) -> Offers:
     return Offers(
         id=asked.id,
         task=asked.type,
         done=done,
         of=of,
-        finished=done >= of or asked.type == "why" if finished is None else finished,
+        finished=finished,
         offers=offers,
         text=text,
     )
