@@ -254,6 +254,13 @@ def world_of(run: LoadedRun | None) -> DriveSettings:
     return experiment_in(run).run
 
 
+def seed_of(seed: int | None, run: LoadedRun | None) -> int:
+    """Return the seed of a benchmark: a given one, else 0, or for the maps of a run the seed of its search plus 1."""
+    if seed is not None:
+        return seed
+    return 0 if run is None else int(run.config["search"]["seed"]) + 1
+
+
 def _scenarios(item: Maps, start: PoseLike | None, goal: PoseLike | None) -> Iterable[Scenario]:
     if isinstance(item, str | Path):
         return load_scenarios(item, start=start, goal=goal)

@@ -265,14 +265,13 @@ def kruskal_wallis(groups: Mapping[str, ArrayLike]) -> TestResult:
     from scipy import stats
 
     samples = _samples(groups)
-    total = sum(map(len, samples))
+    sizes = tuple(map(len, samples))
     if np.ptp(np.concatenate(samples)) == 0:
         statistic, p_value = 0.0, 1.0
     else:
         statistic, p_value = map(float, stats.kruskal(*samples))
-    return TestResult(
-        "Kruskal-Wallis", tuple(groups), _sizes(samples), statistic, p_value, statistic / (total - 1), "epsilon^2"
-    )
+    effect = statistic / (sum(sizes) - 1)
+    return TestResult("Kruskal-Wallis", tuple(groups), sizes, statistic, p_value, effect, "epsilon^2")
 
 
 def pairwise_mann_whitney(
@@ -397,7 +396,3 @@ def _samples(groups: Mapping[str, ArrayLike]) -> list[NDArray[np.float64]]:
         got = f"no value in {empty[0]!r}" if empty else f"{len(samples)} group"
         raise ConfigError(f"comparison: expected at least two groups with values, got {got}")
     return samples
-
-
-def _sizes(samples: Sequence[NDArray[np.float64]]) -> tuple[int, ...]:
-    return tuple(map(len, samples))

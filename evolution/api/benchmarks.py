@@ -51,6 +51,7 @@ from evolution.inputs import (
     own_controllers,
     read_parameters,
     run_of,
+    seed_of,
     specs_of,
     world_from,
 )
@@ -130,7 +131,7 @@ def bench(
     check_room(scenarios, settings)
     specs = specs_of(own_controllers(read, run) if controllers is None else controllers)
     try_controllers(specs, settings)
-    root = (0 if run is None else run.config["search"]["seed"] + 1) if seed is None else seed
+    root = seed_of(seed, run)
     plan = JobPlan(specs, settings, root, repeats, metrics)
     LOG.info("seed %d%s; controllers: %s", root, "" if seed is not None else " (not given)", ", ".join(plan.names))
     if kept is not None:

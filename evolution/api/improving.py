@@ -104,5 +104,5 @@ def tune(
     check_alone(settings, others)
     environment = {"noise": "nominal", **others}
     plan, text = tuning_of(controller, train, test, params, space, settings, environment, tuned)
-    try_controllers(plan.jobs_with(None).controllers, plan.world)
+    try_controllers(plan.jobs_with(plan.own).controllers, plan.world)
     return run_tuning(plan, text, path, resume=resume, resources=resources, on_trial=on_trial, on_run=on_run)

@@ -10,7 +10,7 @@ from typing import Any
 from evolution.arguments import instance_of, names_from, path_from, refuse_beside_resume, whole_number
 from evolution.driving import DEFAULT_RESOURCES, Evaluator, OnRun, Resources, preparation_of, run_job
 from evolution.pictures import write_run_figures
-from evolution.quality_diversity import Atlas, AtlasSettings, ribs_archives, run_atlas
+from evolution.quality_diversity import Atlas, AtlasSettings, run_atlas
 from evolution.runs import RUN, LoadedRun, RunDir, exclusive_store, experiment_in, load_run
 from evolution.search import (
     DEFAULT_PRESET,
@@ -122,10 +122,8 @@ def atlas(
     """
     path = path_from("out", out)
     resources, search = instance_of(Resources, "resources", resources).taking(options)
+    settings = instance_of(AtlasSettings, "settings", settings)
     wanted = _wanted(experiment, search)
-    ribs_archives()
-    instance_of(AtlasSettings, "settings", settings).check(wanted.plan.names)
-    check_experiment(wanted)
     return run_atlas(wanted, settings, path, resume=resume, resources=resources, on_step=on_step, on_run=on_run)
 
 

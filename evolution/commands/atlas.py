@@ -10,6 +10,7 @@ from evolution.commands import driving_options, experiment_options, options
 from evolution.commands.console import console, note, only_results_on_stdout, print_table
 from evolution.commands.experiment_options import configuration_in, experiment_from
 from evolution.commands.progress import WorkBar
+from evolution.commands.run_notes import note_errors, note_models
 from evolution.quality_diversity import REPORT, AtlasSettings
 from evolution.report import write_atlas_report
 
@@ -70,8 +71,8 @@ def _add_atlas_options(group: argparse._ArgumentGroup) -> None:
 def run(args: argparse.Namespace) -> int:
     """Fill the atlas, write its page, and print the result."""
     experiment = experiment_from(args, configuration_in(args), {} if args.seed is None else {"seed": args.seed})
-    driving_options.note_models(experiment.controllers, experiment.run)
-    given = {name: getattr(args, name) for name in SETTINGS if getattr(args, name) is not None}
+    note_models(experiment.controllers, experiment.run)
+    given = options.given_of(args, SETTINGS)
     settings = AtlasSettings.from_mapping(given, "atlas")
     with only_results_on_stdout(), WorkBar("atlas") as bar:
         result = atlas(
@@ -87,7 +88,7 @@ def run(args: argparse.Namespace) -> int:
     print_table(result.table("sets"))
     for line in result.sentences():
         console.print(line)
-    driving_options.note_errors(args.out)
+    note_errors(args.out)
     page = Path(args.out) / REPORT
     if result.elites:
         note("re-running the maps of the cells for the replays")

@@ -28,6 +28,7 @@ from evolution.commands import driving_options, options
 from evolution.commands.compared_parameters import add_options, is_comparison, report_broken, run_comparison
 from evolution.commands.console import console, errors, note, only_results_on_stdout, print_table
 from evolution.commands.progress import WorkBar
+from evolution.commands.run_notes import check_measured, note_errors, note_models
 from evolution.inputs import barn_source, run_of, world_of
 from evolution.report import new_page, write_benchmark_report
 from evolution.search import DEFAULT_CONTROLLERS
@@ -116,7 +117,7 @@ def run(args: argparse.Namespace) -> int:
     searched = run_of(args.maps)
     controllers = driving_options.controllers_of(args, searched)
     settings = driving_options.drive_settings(args, world_of(searched))
-    driving_options.note_models(controllers, settings)
+    note_models(controllers, settings)
     rules = [read_rule(text, [one.name for one in controllers], args.metric) for text in args.fail_if]
     page = None if args.html is None else new_page(args.html)
     with only_results_on_stdout(), WorkBar("benchmark") as bar:
@@ -141,11 +142,11 @@ def run(args: argparse.Namespace) -> int:
         if not args.unknown_map:
             note(KNOWN_MAP)
     if args.out is not None:
-        driving_options.note_errors(args.out)
+        note_errors(args.out)
     if page is not None:
         write_benchmark_report(result, page, driving_options.repeatable(args.given), as_set)
         note(f"wrote {page}; open it in any browser")
-    driving_options.check_measured(result.rows)
+    check_measured(result.rows)
     return report_broken(rules, runs_by_controller(result.rows, [one.name for one in controllers]))
 
 

@@ -28,9 +28,10 @@ from evolution.commands import driving_options, options
 from evolution.commands.console import console, errors, note, only_results_on_stdout, print_table
 from evolution.commands.parameter_file import shared_defines
 from evolution.commands.progress import WorkBar
+from evolution.commands.run_notes import check_measured, note_errors, note_models
 from evolution.driving import JobPlan
 from evolution.files import Row
-from evolution.inputs import barn_source, run_of, world_of
+from evolution.inputs import barn_source, run_of, seed_of, world_of
 from evolution.report import new_page, write_comparison_report
 from evolution.runs import LoadedRun
 from gym_mapbench.errors import ConfigError
@@ -100,11 +101,11 @@ def run_comparison(args: argparse.Namespace) -> int:
         )
     _print(result, args.format)
     if args.out is not None:
-        driving_options.note_errors(args.out)
+        note_errors(args.out)
     if page is not None:
         write_comparison_report(result, page, driving_options.repeatable(args.given))
         note(f"wrote {page}; open it in any browser")
-    driving_options.check_measured(result.rows)
+    check_measured(result.rows)
     return report_broken(rules, {**result.sides, **result.by_label})
 
 
@@ -145,10 +146,8 @@ def _plan(args: argparse.Namespace, searched: LoadedRun | None) -> JobPlan:
     """Return the runs that the options of a benchmark with one parameter file describe."""
     controllers = driving_options.controllers_of(args, searched)
     settings = driving_options.drive_settings(args, world_of(searched))
-    driving_options.note_models(controllers, settings)
-    default = 0 if searched is None else searched.config["search"]["seed"] + 1
-    seed = default if args.seed is None else args.seed
-    return JobPlan(controllers, settings, seed, args.repeats, tuple(args.metric))
+    note_models(controllers, settings)
+    return JobPlan(controllers, settings, seed_of(args.seed, searched), args.repeats, tuple(args.metric))
 
 
 def _label_and_file(text: str) -> tuple[str, str]:

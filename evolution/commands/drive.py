@@ -12,6 +12,7 @@ from controllers.navigator.navigator import Navigator
 from evolution.benchmark import barn_settings
 from evolution.commands import driving_options, options
 from evolution.commands.console import console
+from evolution.commands.run_notes import note_models
 from evolution.driving import DriveSettings, JobPlan, check_room, drive, try_controllers
 from evolution.inputs import barn_source, load_all, run_of, world_of
 from evolution.pictures import check_display, check_film, save_animation, show_animation
@@ -80,7 +81,7 @@ def run(args: argparse.Namespace) -> int:
     controllers = driving_options.listed_controllers(args.controller, known)
     if len(controllers) != 1:
         raise ConfigError(f"--controller: expected one controller, got {args.controller!r}")
-    driving_options.note_models(controllers, settings)
+    note_models(controllers, settings)
     try_controllers(controllers, settings)
     (job,) = JobPlan(controllers, settings, args.seed).jobs(scenario)
     LOG.info("seeds %d and %d (noise), both from --seed %d and the map", job.seed, job.noise_seed, args.seed)

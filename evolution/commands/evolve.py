@@ -12,6 +12,7 @@ from evolution.commands import COMMON, driving_options, experiment_options, opti
 from evolution.commands.console import console, note, print_table
 from evolution.commands.experiment_options import configuration_in, experiment_from
 from evolution.commands.progress import SearchBar
+from evolution.commands.run_notes import note_models, note_reasons
 from evolution.files import counted
 from evolution.runs import (
     LoadedRun,
@@ -100,7 +101,7 @@ def run(args: argparse.Namespace) -> int:
         experiment = experiment_in(RunDir.open(args.resume))
     else:
         experiment = _experiment(args)
-    driving_options.note_models(experiment.controllers, experiment.run)
+    note_models(experiment.controllers, experiment.run)
     with SearchBar(experiment.search) as bar:
         found = evolve(
             None if args.resume else experiment,
@@ -128,7 +129,7 @@ def run(args: argparse.Namespace) -> int:
     console.print(f"The maps on other seeds: mapbench bench {run} --repeats 5")
     _print_early_end(found)
     reasons = [row["reason"] for row in runs if row["outcome"] == "error"]
-    driving_options.note_reasons(reasons, len(runs), SELECTED_BY_ERRORS)
+    note_reasons(reasons, len(runs), SELECTED_BY_ERRORS)
     return 0
 
 
@@ -149,7 +150,7 @@ def _is_given(value: object) -> bool:
 def _experiment(args: argparse.Namespace) -> Experiment:
     """Build the experiment of a new run."""
     config = configuration_in(args)
-    given: dict[str, Any] = {name: getattr(args, name) for name in SEARCH_OPTIONS if getattr(args, name) is not None}
+    given = options.given_of(args, SEARCH_OPTIONS)
     if args.objectives is not None:
         given |= _objectives(args.objectives, args.fitness, config)
     return experiment_from(args, config, given)

@@ -9,6 +9,7 @@ from evolution.api import minimize
 from evolution.commands import driving_options, options
 from evolution.commands.console import console, note, only_results_on_stdout, print_table
 from evolution.commands.progress import WorkBar
+from evolution.commands.run_notes import note_errors
 from evolution.inputs import run_of, world_of
 from evolution.minimizing import TOLERANCE, MinimizeSettings
 from evolution.report import write_minimized_report
@@ -83,7 +84,7 @@ def run(args: argparse.Namespace) -> int:
     for line in result.sentences():
         console.print(line)
     print_table(result.table())
-    driving_options.note_errors(args.out)
+    note_errors(args.out)
     page = Path(args.out) / "report.html"
     write_minimized_report(result, plan, page, driving_options.repeatable(args.given))
     note(f"wrote {page}; open it in any browser")

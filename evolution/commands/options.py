@@ -64,6 +64,11 @@ def written(names: Sequence[str]) -> str:
     return f"{', '.join(others)} and {last}" if others else last
 
 
+def given_of(args: argparse.Namespace, names: Sequence[str]) -> dict[str, Any]:
+    """Return the values of those options that were not left out, by name."""
+    return {name: value for name in names if (value := getattr(args, name)) is not None}
+
+
 def names_in(registry: Registry[Any]) -> str:
     """List the values of an option that names an entry of a registry."""
     return f"{', '.join(registry.built_in)}, or module:attribute"

@@ -12,6 +12,7 @@ from evolution.benchmark import few_maps_in_words
 from evolution.commands import driving_options, options
 from evolution.commands.console import console, note, print_table, say
 from evolution.commands.progress import Bar, RunsPerSecond, StateColumn, best_in_short, best_in_words
+from evolution.commands.run_notes import check_measured, note_errors
 from evolution.driving import Job, RunResult
 from evolution.files import Row, Table, counted
 from evolution.report import write_report
@@ -103,8 +104,8 @@ def _show_sweep(results: SweepResults) -> int:
     for line in few_maps_in_words(results.runs):
         console.print(line)
     console.print(f"Look at {results.path / 'figures'} and {results.path / 'effects.csv'}.")
-    driving_options.note_errors(results.path)
-    driving_options.check_measured(results.runs)
+    note_errors(results.path)
+    check_measured(results.runs)
     return 0
 
 

@@ -10,6 +10,7 @@ from evolution.api import tune
 from evolution.commands import driving_options, options
 from evolution.commands.console import console, note, only_results_on_stdout, print_table, say
 from evolution.commands.progress import Bar, RunsPerSecond, StateColumn
+from evolution.commands.run_notes import check_measured, note_errors
 from evolution.driving import Job, RunResult
 from evolution.files import counted
 from evolution.report import write_report
@@ -102,8 +103,7 @@ GIVEN = ("trials", "runs", "objectives", "requirements", "sampler", "finalists",
 def run(args: argparse.Namespace) -> int:
     """Tune, write the page, and print the result."""
     settings = driving_options.drive_settings(args)
-    given = {name: getattr(args, name) for name in GIVEN if getattr(args, name) is not None}
-    given |= _against(args)
+    given = options.given_of(args, GIVEN) | _against(args)
     with only_results_on_stdout(), TuneBar(given.get("trials", DEFAULTS.trials)) as bar:
         result = tune(
             args.controller,
@@ -121,10 +121,10 @@ def run(args: argparse.Namespace) -> int:
         )
     page = write_report(result.path, on_step=note)
     _print(result)
-    driving_options.note_errors(result.path)
+    note_errors(result.path)
     what = "The tuned parameters are in" if result.summary.changes else "The unchanged file is"
     console.print(f"{what} {result.params}; look at {page}.")
-    driving_options.check_measured(result.summary.test)
+    check_measured(result.summary.test)
     return 0
 
 

@@ -27,7 +27,7 @@ from typing import Any, NamedTuple, TypeVar
 
 from distributed import Client, LocalCluster, Worker, WorkerPlugin, get_worker
 
-from evolution.driving.pool import Answer, NotStartedError, Processes, WorkerSetup
+from evolution.driving.pool import Answer, Processes, WorkerSetup, loaded
 from evolution.files import software
 from gym_mapbench.errors import ConfigError, RunError
 
@@ -271,7 +271,7 @@ def do_chunk(plugin: str, content: bytes) -> Chunk:
     """
     processes = get_worker().plugins[plugin].processes
     began = time.perf_counter()
-    answers = [_answer(processes.submit(call)) for call in _loaded(content)]
+    answers = [_answer(processes.submit(call)) for call in loaded(content)]
     return Chunk(answers, time.perf_counter() - began)
 
 
@@ -280,12 +280,3 @@ def _answer(future: Future[Any]) -> Answer:
     if isinstance(error, BrokenExecutor):  # nothing can be driven here; Dask tries elsewhere
         raise error
     return Answer(error=error) if error is not None else Answer(future.result())
-
-
-def _loaded(content: bytes) -> list[Callable[[], Any]]:
-    """Read the calls of a chunk; raises :class:`NotStartedError` if they name what cannot be imported here."""
-    try:
-        calls: list[Callable[[], Any]] = pickle.loads(content)
-    except Exception as error:
-        raise NotStartedError(f"{type(error).__name__}: {error}") from None
-    return calls

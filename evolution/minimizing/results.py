@@ -21,7 +21,7 @@ from gym_mapbench.mapio import load_map_set
 from gym_mapbench.world.scenario import Scenario
 
 MINIMIZATION = DirectoryKind("minimization", "minimize.json", format_version=1)
-MAPS, SUMMARY, REPORT = "maps.json", "summary.json", "report.html"
+MAPS, SUMMARY = "maps.json", "summary.json"
 
 
 class MinimizedSummary(Document):

@@ -4,10 +4,8 @@ from __future__ import annotations
 
 import asyncio
 import contextlib
-import logging
-from collections.abc import AsyncIterator, Awaitable, Callable
-from importlib.resources import files
-from pathlib import Path
+from collections.abc import AsyncIterator, Callable
+from typing import TypeVar
 
 from starlette.applications import Starlette
 from starlette.middleware import Middleware
@@ -21,6 +19,7 @@ from starlette.websockets import WebSocket, WebSocketDisconnect
 
 from evolution.files import zip_of
 from evolution.play.desk import Desk
+from evolution.play.exporting import PAGE
 from evolution.play.guard import Door, Guard
 from evolution.play.messages.replies import Data, Error
 from evolution.play.messages.requests import (
@@ -38,9 +37,8 @@ from evolution.play.plans import Given, changed_file, command_lines, parameter_f
 from evolution.play.scenes import map_files, opened, sampled, scenario_of
 from gym_mapbench.errors import ConfigError, MapBenchError
 from gym_mapbench.files.documents import parse_json
+from gym_mapbench.settings import Settings
 
-LOG = logging.getLogger(__name__)
-PAGE = Path(str(files("evolution.play") / "page"))
 MAX_PAGES = 8
 """Most pages, in tabs or windows, that are connected at the same time."""
 MAX_WAITING = 4000
@@ -49,7 +47,7 @@ MAX_BODY = MAX_TEXT + 2_000_000
 """Most bytes of the body of a request."""
 MAX_SAVES = 2
 """Most requests that read or write files at the same time."""
-Answer = Callable[[str], Response]
+Asked = TypeVar("Asked", bound=Settings)
 
 
 class Application:
@@ -68,21 +66,17 @@ class Application:
 
     def behind(self, door: Door) -> Starlette:
         """Return the application, which answers nobody who does not come through the door."""
-        answers = {
-            "open": self._open,
-            "random": self._random,
-            "save/map": self._save_map,
-            "save/params": self._save_params,
-            "save/session": self._save_session,
-        }
-        posts = [Route(f"/{{token}}/{name}", self._post(answer), methods=["POST"]) for name, answer in answers.items()]
         return Starlette(
             routes=[
                 Route("/{token}/", lambda _: FileResponse(PAGE / "index.html")),
                 Route("/{token}/state", lambda _: Response(self._state, media_type="application/json")),
                 Mount("/{token}/static", StaticFiles(directory=PAGE)),
                 WebSocketRoute("/{token}/socket", self._talk),
-                *posts,
+                self._post("open", AskOpen, self._open),
+                self._post("random", AskRandom, self._random),
+                self._post("save/map", Scene, self._save_map),
+                self._post("save/params", AskParameters, self._save_params),
+                self._post("save/session", Session, self._save_session),
             ],
             middleware=[Middleware(Guard, door=door)],
             lifespan=self._lifespan,
@@ -118,38 +112,37 @@ class Application:
             except ConfigError as error:
                 send(Error(id=None, message=str(error)))
 
-    def _post(self, answer: Answer) -> Callable[[HttpRequest], Awaitable[Response]]:
-        """Return an endpoint that reads a body and answers in a thread; an error is one line with status 400."""
+    def _post(self, name: str, kind: type[Asked], answer: Callable[[Asked], Response]) -> Route:
+        """Return a route that reads a body and answers in a thread; an error is one line with status 400."""
+        what = name.partition("/")[0]
+
+        def read_and_answer(body: str) -> Response:
+            return answer(kind.from_mapping(parse_json(body, what, ConfigError), what))
 
         async def endpoint(request: HttpRequest) -> Response:
             try:
                 async with self._saving:
-                    return await asyncio.to_thread(answer, await _body_of(request))
+                    return await asyncio.to_thread(read_and_answer, await _body_of(request))
             except MapBenchError as error:
                 return PlainTextResponse(f"{error}\n", status_code=400)
             except ClientDisconnect:
                 return Response(status_code=400)  # nobody gets it
 
-        return endpoint
+        return Route(f"/{{token}}/{name}", endpoint, methods=["POST"])
 
-    def _open(self, body: str) -> Response:
-        scenes = opened(AskOpen.from_mapping(parse_json(body, "open", ConfigError), "open"))
-        return JSONResponse([scene.model_dump(mode="json") for scene in scenes])
+    def _open(self, asked: AskOpen) -> Response:
+        return JSONResponse([scene.model_dump(mode="json") for scene in opened(asked)])
 
-    def _random(self, body: str) -> Response:
-        asked = AskRandom.from_mapping(parse_json(body, "random", ConfigError), "random")
+    def _random(self, asked: AskRandom) -> Response:
         return Response(sampled(asked, self._given.environment).model_dump_json(), media_type="application/json")
 
-    def _save_map(self, body: str) -> Response:
-        scene = Scene.from_mapping(parse_json(body, "save", ConfigError), "save")
+    def _save_map(self, scene: Scene) -> Response:
         return _download(f"{scene.name}.zip", zip_of(map_files(scenario_of(scene))))
 
-    def _save_params(self, body: str) -> Response:
-        asked = AskParameters.from_mapping(parse_json(body, "save", ConfigError), "save")
+    def _save_params(self, asked: AskParameters) -> Response:
         return _download("nav2_params.yaml", changed_file(asked, self._given).encode())
 
-    def _save_session(self, body: str) -> Response:
-        session = Session.from_mapping(parse_json(body, "save", ConfigError), "save")
+    def _save_session(self, session: Session) -> Response:
         variants = planned(session, self._given)
         texts = {name: text.encode() for name, text in parameter_files(variants).items()}
         command = "\n".join([*command_lines(variants, session, self._given), ""]).encode()

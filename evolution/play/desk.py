@@ -9,8 +9,8 @@ from dataclasses import dataclass
 from functools import partial
 
 from evolution.play.drives import Driven, Send, drive, prepared
-from evolution.play.instants import instant_message, look
-from evolution.play.messages.replies import Error
+from evolution.play.instants import look
+from evolution.play.messages.replies import Error, Instant
 from evolution.play.messages.requests import AskInstant, AskSearch, AskWhy, Cancel, Drive, Request
 from evolution.play.newest import Newest
 from evolution.play.plans import Given
@@ -101,24 +101,27 @@ class Desk:
                 task.done = True
 
     def _do(self, request: Request, send: Send) -> None:
+        run = partial(self._runs.run, wanted=self._work.is_empty)
         if isinstance(request, Drive):
             self._driven = None
             driven = prepared(request, self._given)
             self._driven = driven, send
-            drive(driven, self._given, self._runs, self._work.is_empty, send)
+            drive(driven, self._given, run, send)
         elif isinstance(request, AskSearch):
-            search(self._last(request.id, send), request, self._runs, self._work.is_empty, send)
+            search(self._last(request.id, send), request, run, send)
         elif isinstance(request, AskWhy):
-            why(self._last(request.id, send), request, self._runs, self._work.is_empty, send)
+            why(self._last(request.id, send), request, run, send)
 
     def _show(self, request: Request, send: Send) -> None:
         """Show an instant of a run of the last drive."""
         if isinstance(request, AskInstant):
             job = self._last(request.id, send).job(request.variant, request.repeat)
-            answer = partial(instant_message, request.id, request.variant, request.repeat)
-            function = partial(look, (request.time,))
+            answer = partial(Instant, id=request.id, variant=request.variant, repeat=request.repeat)
             (result,) = self._looks.run(
-                function, [job], self._instants.is_empty, lambda _job, fields: send(answer(fields))
+                partial(look, (request.time,)),
+                [job],
+                lambda _job, fields: send(answer(**fields)),
+                wanted=self._instants.is_empty,
             )
             if result.outcome == "error":
                 raise RunError(result.reason)

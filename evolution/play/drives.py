@@ -15,7 +15,7 @@ from evolution.play.messages.requests import Drive
 from evolution.play.plans import Given, PlannedVariant, command_lines, parameter_files, planned
 from evolution.play.scenes import scenario_of
 from evolution.play.streaming import Part, Waypoint, run_streamed
-from evolution.play.track import Track
+from evolution.play.track import RunJobs
 from gym_mapbench.errors import ConfigError
 from gym_mapbench.world.scenario import Scenario
 
@@ -49,10 +49,6 @@ class Driven:
         if job.repeat == 0:
             self.ways.setdefault(job.key, []).extend(part.poses)
 
-    def jobs_of(self, variant: PlannedVariant) -> list[Job]:
-        """Return the jobs of a variant, repeat by repeat."""
-        return variant.plan.jobs(self.scenario)
-
     def job(self, name: str, repeat: int) -> Job:
         """Return a job by the name of its variant and its repeat.
 
@@ -77,13 +73,13 @@ def prepared(request: Drive, given: Given) -> Driven:
     return driven
 
 
-def drive(driven: Driven, given: Given, track: Track, wanted: Callable[[], bool], send: Send) -> None:
+def drive(driven: Driven, given: Given, run: RunJobs, send: Send) -> None:
     """Run all variants; sends ``way`` and ``run`` for each run, then ``answer``.
 
     Raises:
         CancelledError: If something newer is wanted.
     """
-    jobs = {one.variant.name: driven.jobs_of(one) for one in driven.variants}
+    jobs = {one.variant.name: one.plan.jobs(driven.scenario) for one in driven.variants}
     names: dict[str, list[str]] = {}
     for name, own in jobs.items():
         for job in own:
@@ -100,7 +96,7 @@ def drive(driven: Driven, given: Given, track: Track, wanted: Callable[[], bool]
             send(run_message(driven.request.id, name, job, result, driven.ends.get(job.key)))
 
     every = {job.key: job for own in jobs.values() for job in own}
-    track.run(run_streamed, _in_order(every.values()), wanted, pass_on, finish)
+    run(run_streamed, _in_order(every.values()), pass_on, finish)
     send(_answer(driven, given, jobs))
 
 

@@ -15,8 +15,8 @@ import numpy as np
 from evolution.driving import Job
 from evolution.files import json_in_script
 from evolution.play.drives import Driven, drive, prepared
-from evolution.play.instants import instant_message, look
-from evolution.play.messages.replies import Data
+from evolution.play.instants import look
+from evolution.play.messages.replies import Data, Instant
 from evolution.play.messages.requests import Drive
 from evolution.play.messages.start import State
 from evolution.play.plans import Given
@@ -51,7 +51,7 @@ def export(given: Given, state: State, tracks: Sequence[Track], folder: Path) ->
         raise ConfigError(f"{folder}: expected a new or empty folder")
     request = Drive(id=1, scene=state.scene, settings=state.settings, variants=tuple(state.variants))
     driven, replies = prepared(request, given), list[Data]()
-    drive(driven, given, tracks[0], lambda: True, replies.append)
+    drive(driven, given, tracks[0].run, replies.append)
     recorded = {
         "state": state.model_dump(mode="json"),
         "replies": [reply.model_dump(mode="json") for reply in replies],
@@ -95,15 +95,14 @@ def _instants(driven: Driven, track: Track) -> list[Data]:
     for name in (one.variant.name for one in driven.variants):
         job = driven.job(name, 0)
         times = np.linspace(0.0, driven.results[job.key].time_s, INSTANTS).tolist()
-        fields: list[tuple[Job, dict[str, Any]]] = []
-        track.run(partial(look, times), [job], lambda: True, _appending(fields))
-        found += [instant_message(driven.request.id, name, 0, one) for _, one in fields]
+        answer = partial(Instant, id=driven.request.id, variant=name, repeat=0)
+        track.run(partial(look, times), [job], partial(_append, found, answer))
     return found
 
 
-def _appending(fields: list[tuple[Job, Any]]) -> Callable[[Job, Any], None]:
-    """Return a function that appends what a run sends."""
-    return lambda job, message: fields.append((job, message))
+def _append(found: list[Data], answer: Callable[..., Data], _job: Job, fields: dict[str, Any]) -> None:
+    """Append the message about what a run has sent."""
+    found.append(answer(**fields))
 
 
 def _by_name(module: str) -> str:

@@ -15,7 +15,7 @@ from numpy.typing import NDArray
 from controllers.base import Controller
 from controllers.navigator.navigator import Navigator
 from evolution.driving import Job, RunResult, drive
-from evolution.play.messages.replies import CostGrid, Instant
+from evolution.play.messages.replies import CostGrid
 from evolution.play.streaming import Address, send
 from evolution.play.thoughts import thoughts_of
 from gym_mapbench.costmap import Costmap
@@ -121,11 +121,6 @@ def look(times: Sequence[float], address: Address, job: Job) -> RunResult:
         if seen.times:
             seen.show(seen.fields())
     return RunResult("timeout", time_s=times[-1], path_length_m=0.0)
-
-
-def instant_message(number: int, variant: str, repeat: int, fields: dict[str, Any]) -> Instant:
-    """Return the message about a moment of a run."""
-    return Instant(id=number, variant=variant, repeat=repeat, **fields)
 
 
 def grid_of(costmap: Costmap, frame: Pose) -> CostGrid | None:

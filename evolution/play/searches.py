@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from statistics import fmean
 
@@ -18,7 +18,7 @@ from evolution.play.messages.requests import AskSearch, AskWhy
 from evolution.play.plans import PlannedVariant
 from evolution.play.scenes import changed_name, scene_of
 from evolution.play.streaming import run_silently
-from evolution.play.track import Track
+from evolution.play.track import RunJobs
 from evolution.search import change_near_way, gini
 from gym_mapbench.errors import ConfigError
 from gym_mapbench.world.scenario import Scenario
@@ -48,7 +48,7 @@ class _Tried:
     score: float
 
 
-def search(driven: Driven, asked: AskSearch, track: Track, wanted: Callable[[], bool], send: Send) -> None:
+def search(driven: Driven, asked: AskSearch, run: RunJobs, send: Send) -> None:
     """Change the map near the path again and again; sends ``offers`` with the best three after each batch.
 
     The search ends early where no change is left that was not tried.
@@ -60,21 +60,22 @@ def search(driven: Driven, asked: AskSearch, track: Track, wanted: Callable[[], 
     _check_size(driven.scenario)
     seed = derive_seed(driven.request.settings.seed, driven.scenario.world_digest, asked.goal, 0)
     rng, each = np.random.default_rng(seed), len(driven.variants)
-    (first,) = _tried(driven, [(driven.scenario, ())], asked.goal, track, wanted)
+    (first,) = _tried(driven, [(driven.scenario, ())], asked.goal, run)
     best, seen = [first], {driven.scenario.digest}
     done, maps = 0, max(asked.runs // each, 1)
     while done < maps:
         changed = _changes(driven, best, min(BATCH, maps - done), seen, rng)
-        tried = _tried(driven, changed, asked.goal, track, wanted)
+        tried = _tried(driven, changed, asked.goal, run)
         best = sorted([*best, *tried], key=lambda one: one.score, reverse=True)[: OFFERED + 1]
         done += len(changed)
         maps = maps if changed else done
         better = [one for one in best if one.score > first.score][:OFFERED]
         offers = [_offer(one, first, asked.goal) for one in better]
-        send(_offers(asked, done * each, maps * each, offers, _found(asked, better, done * each)))
+        text = _found(asked, better, done * each)
+        send(_offers(asked, done * each, maps * each, offers, text, finished=done >= maps))
 
 
-def why(driven: Driven, asked: AskWhy, track: Track, wanted: Callable[[], bool], send: Send) -> None:
+def why(driven: Driven, asked: AskWhy, run: RunJobs, send: Send) -> None:
     """Remove the obstacles that a verdict does not need; sends ``offers`` with the smallest map so far.
 
     Raises:
@@ -84,7 +85,7 @@ def why(driven: Driven, asked: AskWhy, track: Track, wanted: Callable[[], bool],
     _check_size(driven.scenario)
     verdict = read_verdict(asked.verdict, _Plan(driven.variants).names)
     plan = _Plan([one for one in driven.variants if not verdict.outcomes or one.variant.name in verdict.outcomes])
-    runner = _Counted(track, wanted, asked.runs)
+    runner = _Counted(run, asked.runs)
     smallest = driven.scenario
 
     def offer(scenario: Scenario) -> None:
@@ -101,7 +102,7 @@ def why(driven: Driven, asked: AskWhy, track: Track, wanted: Callable[[], bool],
         text = (
             f"{asked.verdict}: the smallest map after {counted(runner.done, 'run')}; some obstacles may not be needed."
         )
-    send(_offers(asked, runner.done, asked.runs, [_smaller(smallest, asked)], text))
+    send(_offers(asked, runner.done, asked.runs, [_smaller(smallest, asked)], text, finished=True))
 
 
 @dataclass(frozen=True)
@@ -126,8 +127,7 @@ class _SpentError(Exception):
 class _Counted:
     """Runs jobs until the allowed number is spent."""
 
-    track: Track
-    wanted: Callable[[], bool]
+    run_jobs: RunJobs
     allowed: int
     done: int = 0
 
@@ -135,7 +135,7 @@ class _Counted:
         if self.done + len(jobs) > self.allowed:
             raise _SpentError
         self.done += len(jobs)
-        return _results(self.track, jobs, self.wanted)
+        return self.run_jobs(run_silently, jobs)
 
 
 def _changes(
@@ -162,15 +162,11 @@ def _changes(
 
 
 def _tried(
-    driven: Driven,
-    changed: Sequence[tuple[Scenario, tuple[str, ...]]],
-    goal: str,
-    track: Track,
-    wanted: Callable[[], bool],
+    driven: Driven, changed: Sequence[tuple[Scenario, tuple[str, ...]]], goal: str, run: RunJobs
 ) -> list[_Tried]:
     """Run every variant on changed maps."""
     jobs = [one.plan.job(scenario, 0, 0) for scenario, _ in changed for one in driven.variants]
-    results = iter(_results(track, jobs, wanted))
+    results = iter(run(run_silently, jobs))
     limit = driven.variants[0].plan.settings.time_limit
     tried = []
     for scenario, operators in changed:
@@ -179,10 +175,6 @@ def _tried(
         score = gini(times) if goal == "apart" else min(times) + fmean(times) / limit
         tried.append(_Tried(scenario, operators, own, score))
     return tried
-
-
-def _results(track: Track, jobs: Sequence[Job], wanted: Callable[[], bool]) -> list[RunResult]:
-    return track.run(run_silently, jobs, wanted)
 
 
 def _offer(tried: _Tried, before: _Tried, goal: str) -> Offer:
@@ -210,15 +202,13 @@ def _found(asked: AskSearch, better: Sequence[_Tried], done: int) -> str:
     return f"After {counted(done, 'run')}: {len(better) or 'no'} {several if len(better) > 1 else one}."
 
 
-def _offers(
-    asked: AskSearch | AskWhy, done: int, of: int, offers: list[Offer], text: str, *, finished: bool | None = None
-) -> Offers:
+def _offers(asked: AskSearch | AskWhy, done: int, of: int, offers: list[Offer], text: str, *, finished: bool) -> Offers:
     return Offers(
         id=asked.id,
         task=asked.type,
         done=done,
         of=of,
-        finished=done >= of or asked.type == "why" if finished is None else finished,
+        finished=finished,
         offers=offers,
         text=text,
     )

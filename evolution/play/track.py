@@ -21,6 +21,8 @@ from gym_mapbench.errors import ConfigError
 OnMessage = Callable[[Job, Any], object]
 OnResult = Callable[[Job, RunResult], object]
 RunStreamed = Callable[[Address, Job], RunResult]
+RunJobs = Callable[..., list[RunResult]]
+""":meth:`Track.run`, perhaps with the answer to whether its batches are wanted."""
 
 END_SECONDS = 1.0
 """How long a batch may take to end once it is told to; its workers are killed then."""
@@ -99,18 +101,18 @@ class Track:
         self,
         function: RunStreamed,
         jobs: Sequence[Job],
-        wanted: Callable[[], bool],
         on_message: OnMessage = ignore,
         on_result: OnResult = ignore,
+        wanted: Callable[[], bool] = lambda: True,
     ) -> list[RunResult]:
         """End the batch under way, run another, and return its results in the order of its jobs.
 
         Args:
             function: Runs a job in a worker; takes the address to which it sends its messages.
             jobs: The jobs.
-            wanted: Whether the batch is still wanted; asked once the former batch is told to end.
             on_message: Called with each message of a run, in a thread.
             on_result: Called with each result, after all messages of its run, in a thread.
+            wanted: Whether the batch is still wanted; asked once the former batch is told to end.
 
         Raises:
             CancelledError: If a later batch or :meth:`cancel` has ended this one.

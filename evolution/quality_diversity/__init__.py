@@ -7,7 +7,6 @@ reliable map of each cell, and the best sets of these maps.
 from __future__ import annotations
 
 from evolution.quality_diversity.elites import Elite
-from evolution.quality_diversity.grid import ribs_archives
 from evolution.quality_diversity.results import ATLAS, ELITES, HISTORY, REPORT, Atlas, load_atlas
 from evolution.quality_diversity.running import run_atlas
 from evolution.quality_diversity.search import search_atlas
@@ -22,7 +21,6 @@ __all__ = [
     "AtlasSettings",
     "Elite",
     "load_atlas",
-    "ribs_archives",
     "run_atlas",
     "search_atlas",
 ]

@@ -93,13 +93,11 @@ class MapGrid:
             measures_dtype=np.float64,
         )
 
-    def cell_of(self, position: Floats) -> Cell:
-        """Return the cell at a position, ``(axes,)`` log ratios; those beyond an end are in the last cell."""
-        index = self._archive.index_of_single(position)
-        return tuple(int(one) for one in self._archive.int_to_grid_index([index])[0])
-
     def takes(self, quality: float, position: Floats) -> bool:
-        """Whether a map of this quality would enter the cell at its position."""
+        """Whether a map of this quality would enter the cell at its position, ``(axes,)`` log ratios.
+
+        Positions beyond an end are in the last cell.
+        """
         occupied, elite = self._archive.retrieve_single(position)
         return not occupied or bool(quality > elite["objective"])
 

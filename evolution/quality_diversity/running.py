@@ -12,7 +12,7 @@ from evolution.quality_diversity.results import ATLAS, Atlas
 from evolution.quality_diversity.search import OnStep, search_atlas
 from evolution.quality_diversity.settings import AtlasSettings
 from evolution.runs import exclusive_evaluator
-from evolution.search import Experiment
+from evolution.search import Experiment, check_experiment
 
 
 def run_atlas(
@@ -37,11 +37,12 @@ def run_atlas(
         on_run: Called after each run with its job, its result, and the number of remaining runs of its batch.
 
     Raises:
-        ConfigError: If the options do not go together, pyribs is not installed, or the directory holds something else.
+        ConfigError: If an option cannot be used, pyribs is not installed, or the directory holds something else.
         RunError: If no worker starts, or nothing can be written.
     """
     ribs_archives()
     settings.check(experiment.plan.names)
+    check_experiment(experiment)
     document = {"experiment": experiment.document(), "atlas": settings.model_dump(mode="json")}
     ATLAS.begin_or_resume(path, document, _options, resume=resume)
     with exclusive_evaluator(ATLAS, path, resources, run_job, [experiment.plan], on_run) as evaluator:

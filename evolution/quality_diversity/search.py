@@ -107,7 +107,7 @@ class _Search:
         self.axes = Axes.of(settings, plan.names)
         self.grid = MapGrid(self.axes)
         self.archive = Archive(evaluator, plan, stages_of(plan))
-        self.sampling, self.mutator = experiment.sampling(), experiment.mutator
+        self.sampling, self.mutator = experiment.sampling, experiment.mutator
         self.rng = np.random.default_rng(experiment.search.seed)
         self.digests: list[str] = []
         self.history: list[Row] = []

@@ -12,9 +12,8 @@ import yaml
 from evolution.driving import JobPlan, drive
 from evolution.files import counted, write_text
 from evolution.quality_diversity import ELITES, HISTORY, Atlas, Elite
-from evolution.report.benchmark_page import page_table
 from evolution.report.cell_grid import CellGrid, FilledCell
-from evolution.report.page import Report, Section, command_of, download, render_page
+from evolution.report.page import Report, Section, command_of, download, page_tables, render_page
 from evolution.report.replays import ReplayedMap
 
 ABOUT = (
@@ -37,7 +36,7 @@ def write_atlas_report(atlas: Atlas, page: Path, arguments: Sequence[str] = ()) 
     """
     experiment = atlas.experiment
     names = experiment.plan.names
-    tables = [page_table(caption, atlas.table(name)) for caption, name in TABLES if len(atlas.table(name))]
+    tables = [one for caption, name in TABLES for one in page_tables(caption, atlas.table(name))]
     report = Report(
         title=f"Atlas: {' and '.join(atlas.axes.names)}",
         subtitle=f"{', '.join(names)}; {counted(atlas.found.runs, 'run')}; seed {experiment.search.seed}",

@@ -23,7 +23,7 @@ from evolution.benchmark import (
 )
 from evolution.driving import JobPlan, drive
 from evolution.files import Row, Table, counted, write_text
-from evolution.report.page import NO_VALUE, Report, Section, command_of, download, render_page
+from evolution.report.page import Report, Section, command_of, download, page_tables, render_page
 from evolution.report.page import Table as PageTable
 from evolution.report.replays import ReplayedMap
 from evolution.runs import summary_of_map
@@ -78,7 +78,7 @@ def report_of_benchmark(result: Benchmark, plan: JobPlan, arguments: Sequence[st
         command=command_of(arguments, "bench"),
         configuration=yaml.safe_dump(benchmark_document(result.scenarios, plan), sort_keys=False),
         maps=[_replayed_map(result, plan.names, episodes) for episodes in driven if episodes],
-        sections=[Section("Tables", [INTERVALS], _tables(result, plan.names), id="tables")],
+        sections=[Section("Tables", [INTERVALS], _tables(result), id="tables")],
         downloads=[download(name, content) for name, content in result.files.items()],
         missing=_missing(result),
         changed=[line for episodes in driven for line in _changed(result, episodes)],
@@ -183,14 +183,14 @@ def _missing(result: Benchmark) -> list[str]:
     return [f"Replays of the first {MOST_REPLAYS} maps only; {left} more are in the tables."] if left > 0 else []
 
 
-def _tables(result: Benchmark, controllers: Sequence[str]) -> list[PageTable]:
+def _tables(result: Benchmark) -> list[PageTable]:
     runs, failures = split_reasons(result.rows)
     return [
-        page_table("Controllers", table_of_scores(result.table("controllers"), result.metrics)),
-        *([page_table("Pairs", table_of_pairs(result.table("pairs")))] if len(controllers) > 1 else []),
-        page_table("Maps", result.table()),
-        *([page_table("Failed runs", Table(failures))] if failures else []),
-        page_table("Runs", Table(runs)),
+        *page_tables("Controllers", table_of_scores(result.table("controllers"), result.metrics)),
+        *page_tables("Pairs", table_of_pairs(result.table("pairs"))),
+        *page_tables("Maps", result.table()),
+        *page_tables("Failed runs", Table(failures)),
+        *page_tables("Runs", Table(runs)),
     ]
 
 
@@ -205,15 +205,3 @@ def split_reasons(rows: Sequence[Row]) -> tuple[list[Row], list[Row]]:
     moved = ("seed", "reason")
     runs = [{name: row[name] for name in (*(one for one in row if one not in moved), "seed")} for row in rows]
     return runs, [{name: row[name] for name in REASONS} for row in rows if row["reason"]]
-
-
-def page_table(caption: str, table: Table) -> PageTable:
-    """Return a table of the page; missing values become dashes."""
-    nothing = {name: float("nan") if _may_be_numbers(table, name) else NO_VALUE for name in table.filled}
-    rows = [[nothing[name] if row.get(name) is None else row[name] for name in nothing] for row in table]
-    return PageTable(caption, table.filled, rows, table.title)
-
-
-def _may_be_numbers(table: Table, column: str) -> bool:
-    """Whether a column holds numbers, or nothing that says what it holds."""
-    return table.numeric(column) or all(row.get(column) is None for row in table)

@@ -22,8 +22,8 @@ from evolution.benchmark import (
 from evolution.driving import drive
 from evolution.files import Row, write_text
 from evolution.pictures import sweep_figure
-from evolution.report.benchmark_page import INTERVALS, maps_and_runs, page_table, typical_run
-from evolution.report.page import Attachment, Report, Section, Table, command_of, download, picture, render_page
+from evolution.report.benchmark_page import INTERVALS, maps_and_runs, typical_run
+from evolution.report.page import Attachment, Report, Section, command_of, download, page_tables, picture, render_page
 from evolution.report.replays import ReplayedMap
 from gym_mapbench.errors import RunError
 from gym_mapbench.metrics.episode import Episode
@@ -73,18 +73,16 @@ def write_comparison_report(result: ParameterComparison, page: Path, arguments: 
 def _sections(result: ParameterComparison) -> list[Section]:
     swept = result.configurations[0].values is not None
     scores = table_of_compared(result) if swept else table_of_scores(result.table(), result.metrics)
-    tables = [page_table("Configurations", scores), page_table("Pairs", table_of_comparisons(result))]
+    pairs = table_of_comparisons(result)
+    tables = [*page_tables("Configurations", scores), *page_tables("Pairs", pairs)]
+    parameters = page_tables("Parameters", result.table("parameters"))
+    maps = page_tables("Maps, largest differences first", result.table("maps"))
     return [
         *([Section("Sweep", figures=[_figure(result)], id="sweep")] if swept else []),
         Section("Tables", [INTERVALS], tables, id="tables"),
-        Section("Keys that differ", (), _filled("Parameters", result, "parameters"), id="parameters"),
-        Section("Maps", (), _filled("Maps, largest differences first", result, "maps"), id="all-maps"),
+        Section("Keys that differ", (), parameters, id="parameters"),
+        Section("Maps", (), maps, id="all-maps"),
     ]
-
-
-def _filled(caption: str, result: ParameterComparison, name: str) -> list[Table]:
-    table = result.table(name)
-    return [page_table(caption, table)] if len(table) else []
 
 
 def _figure(result: ParameterComparison) -> Attachment:

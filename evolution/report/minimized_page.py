@@ -10,8 +10,7 @@ import yaml
 from evolution.driving import JobPlan, drive
 from evolution.files import counted, write_text
 from evolution.minimizing import Minimized
-from evolution.report.benchmark_page import page_table
-from evolution.report.page import Report, Section, Table, command_of, render_page
+from evolution.report.page import Report, Section, command_of, page_tables, render_page
 from evolution.report.replays import ReplayedMap
 
 
@@ -33,6 +32,8 @@ def write_minimized_report(result: Minimized, plan: JobPlan, page: Path, argumen
         )
         for row, scenario in ((before, result.before), (after, result.after))
     ]
+    steps = page_tables("Smaller maps, in order", result.table("steps"))
+    tables = [*page_tables("Maps", result.table()), *steps]
     report = Report(
         title=f"Smallest map: {result.keep}",
         subtitle=f"{result.before.name}; {', '.join(plan.names)}; seed {plan.root_seed}",
@@ -40,10 +41,6 @@ def write_minimized_report(result: Minimized, plan: JobPlan, page: Path, argumen
         command=command_of(arguments, "minimize"),
         configuration=yaml.safe_dump(plan.settings.model_dump(mode="json"), sort_keys=False),
         maps=maps,
-        sections=[Section("Tables", (), [page_table("Maps", result.table()), *_steps(result)], id="tables")],
+        sections=[Section("Tables", (), tables, id="tables")],
     )
     write_text(page, render_page(report))
-
-
-def _steps(result: Minimized) -> list[Table]:
-    return [page_table("Smaller maps, in order", result.table("steps"))] if result.steps else []

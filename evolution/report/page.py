@@ -7,7 +7,7 @@ import io
 import re
 import shlex
 import struct
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from importlib import metadata, resources
 from pathlib import Path
@@ -17,7 +17,8 @@ import numpy as np
 from markupsafe import Markup, escape
 from PIL import Image
 
-from evolution.files import counted, json_in_script, readable
+from evolution.files import Row, counted, json_in_script, readable
+from evolution.files import Table as Results
 from evolution.report.cell_grid import CellGrid
 from evolution.report.replays import ReplayedMap, replays_of
 from gym_mapbench.errors import ConfigError
@@ -53,6 +54,24 @@ class Table:
         """Every cell of every row with the text that is shown for it and its sort key; without one the text is it."""
         columns = zip(*self.rows, strict=True)
         return list(zip(*[zip(one, readable(one), _sort_keys(one), strict=True) for one in columns], strict=True))
+
+
+def tables_of(caption: str, columns: Mapping[str, str], rows: Sequence[Row], note: str = "") -> list[Table]:
+    """Return the given columns of some rows under their headings, None as a dash; nothing without rows."""
+    cells = [[float("nan") if row[name] is None else row[name] for name in columns] for row in rows]
+    return [Table(caption, tuple(columns.values()), cells, note)] if rows else []
+
+
+def page_tables(caption: str, table: Results) -> list[Table]:
+    """Return a table of results, missing values as dashes; nothing without rows."""
+    nothing = {name: float("nan") if _may_be_numbers(table, name) else NO_VALUE for name in table.filled}
+    rows = [[nothing[name] if row.get(name) is None else row[name] for name in nothing] for row in table]
+    return [Table(caption, table.filled, rows, table.title)] if rows else []
+
+
+def _may_be_numbers(table: Results, column: str) -> bool:
+    """Whether a column holds numbers, or nothing that says what it holds."""
+    return table.numeric(column) or all(row.get(column) is None for row in table)
 
 
 @dataclass(frozen=True)

@@ -12,7 +12,7 @@ from statistics import fmean
 from typing import Any
 
 from evolution.pictures import FIGURES
-from evolution.report.page import Attachment, Section, Table, picture
+from evolution.report.page import Attachment, Section, Table, picture, tables_of
 from evolution.runs import HELD_OUT, OUTLIER, LoadedRun, objectives_in, summary_of_map
 from gym_mapbench.errors import MapBenchError, PluginError
 from gym_mapbench.generator import MotifGenes
@@ -27,6 +27,13 @@ CAPTIONS = {
     "lorenz": "Lorenz curves of the times that chose the set: far from the diagonal, the times differ more",
 }
 
+GENERATIONS = {
+    "generation": "generation",
+    "evaluations": "map sets",
+    "best": "best fitness",
+    "median": "median",
+    "mean_success_rate": "runs at the goal",
+}
 FITNESS_NOTE = (
     "Fitness of the population after each generation; lower is better. A fitness above 0 is a sum of penalties for "
     "failed runs or for maps without the wanted differences."
@@ -50,7 +57,8 @@ GENES_NOTE = "Lengths are m, phases shares of the pitch, deviations of elements 
 
 def tables_section(run: LoadedRun) -> Section:
     """The runs on the best map set, and every generation."""
-    tables = [_times_table(run), *_genes_tables(run), *_front_tables(run), _generations_table(run)]
+    generations = tables_of("Generations", GENERATIONS, run.generations, FITNESS_NOTE)
+    tables = [_times_table(run), *_genes_tables(run), *_front_tables(run), *generations]
     return Section("Tables", tables=tables, id="tables")
 
 
@@ -169,15 +177,3 @@ def _front_tables(run: LoadedRun) -> list[Table]:
     columns |= {"goals": "goals", "runs": "runs", "remains on the front": "remains"}
     rows = [["" if row[column] is None else row[column] for column in columns.values()] for row in run.front]
     return [Table("Pareto front", tuple(columns), rows, FRONT_NOTE)]
-
-
-def _generations_table(run: LoadedRun) -> Table:
-    columns = {
-        "generation": "generation",
-        "map sets": "evaluations",
-        "best fitness": "best",
-        "median": "median",
-        "runs at the goal": "mean_success_rate",
-    }
-    rows = [[row[column] for column in columns.values()] for row in run.generations]
-    return Table("Generations", tuple(columns), rows, note=FITNESS_NOTE)

@@ -3,12 +3,12 @@
 from __future__ import annotations
 
 import shlex
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 
 import yaml
 
-from evolution.files import Row, counted, csv_of, zip_of
-from evolution.report.page import Attachment, Report, Section, Table, download, picture
+from evolution.files import counted, csv_of, zip_of
+from evolution.report.page import Attachment, Report, Section, Table, download, picture, tables_of
 from evolution.report.replays import ReplayedMap
 from evolution.report.run_page import changed_replays, replayed_maps
 from evolution.statistics import FEWEST_FOR_INTERVAL
@@ -44,6 +44,8 @@ SUMMARY = {
     "min": "min",
     "max": "max",
 }
+SUMMARY_NOTE = f"The interval is a bootstrap interval of the median, given for {FEWEST_FOR_INTERVAL} searches or more."
+RANKS = {"configuration": "configuration", "mean_rank": "mean rank"}
 PAIRS = {
     "first": "first",
     "second": "second",
@@ -74,6 +76,11 @@ HELD_OUT = {
     "rank_agreement": "rank agreement on these",
     "held_out_success_rate": "success on held-out seeds",
 }
+HELD_OUT_NOTE = (
+    "Held-out fitness minus reported fitness: the selection bias (winner's curse), and the noise of the held-out runs "
+    "if the search had no noise. path_length selects without runs. Rank agreement is the share of the held-out seeds "
+    "with all maps solved on which the maps keep the ranks of their scores."
+)
 REPORTED = {
     "configuration": "configuration",
     "n": "n",
@@ -92,6 +99,15 @@ REPORTED = {
     "a12": "A12",
     "p_holm": "p (Holm)",
 }
+REPORTED_NOTE = (
+    "Reported and held-out fitness of the best sets; the interval is the 95 % interval of the median over searches. A "
+    "mean trial is the mean fitness of the held-out trials of a set, of which one that loses the ranks counts as 0 or "
+    "its penalty. Two re-evaluations of the same set, resampled from its held-out seeds, differ by 0.5 at most in the "
+    "next share, which is what a report without selection bias can reach. Rank agreement counts over all held-out "
+    "trials. All roles are filled if on one map all controllers are within a factor of 1.2, on another two groups are "
+    "further apart than that, and so on. A12 and p (corrected by Holm over these rows) compare with the first "
+    "configuration of the same fitness, navigation and held-out noise."
+)
 MAPS = {
     "map": "map",
     "score": "score",
@@ -121,6 +137,10 @@ RUNS = {
     "driven": "new runs",
     "seconds": "seconds for these runs",
 }
+RUNS_NOTE = (
+    "All searches of a study share one store of results. A search reuses the runs of earlier searches, so the last two "
+    "columns depend on the order of the searches."
+)
 
 
 def report_of_study(
@@ -157,64 +177,29 @@ def report_of_study(
     )
 
 
-def table_of(caption: str, columns: Mapping[str, str], rows: Sequence[Row], note: str = "") -> Table:
-    """Make a table of the given columns of some rows, under their headings; None becomes a dash."""
-    cells = [[float("nan") if row[name] is None else row[name] for name in columns] for row in rows]
-    return Table(caption, tuple(columns.values()), cells, note)
-
-
 def _tables(analysis: StudyAnalysis, best_sets: Sequence[BestSet]) -> list[Table]:
     results = analysis.results
-    tables = [table for one in analysis.comparisons for table in _comparison_tables(one)]
-    if rows := held_out_rows(results):
-        note = (
-            "Held-out fitness minus reported fitness: the selection bias (winner's curse), and the noise of the "
-            "held-out runs if the search had no noise. path_length selects without runs. Rank agreement is the share "
-            "of the held-out seeds with all maps solved on which the maps keep the ranks of their scores."
-        )
-        tables.append(table_of("Held-out minus reported fitness", HELD_OUT, rows, note))
-    if rows := reported_fitness_rows(results):
-        note = (
-            "Reported and held-out fitness of the best sets; the interval is the 95 % interval of the median over "
-            "searches. A mean trial is the mean fitness of the held-out trials of a set, of which one that loses the "
-            "ranks counts as 0 or its penalty. Two re-evaluations of the same set, resampled from its held-out seeds, "
-            "differ by 0.5 at most in the next share, which is what a report without selection bias can reach. Rank "
-            "agreement counts over all held-out trials. All roles are filled if on one map all controllers are within "
-            "a factor of 1.2, on another two groups are further apart than that, and so on. A12 and p (corrected by "
-            "Holm over these rows) compare with the first configuration of the same fitness, navigation and held-out "
-            "noise."
-        )
-        tables.append(table_of("Reported and held-out fitness", REPORTED, rows, note))
-    tables += [table for best in best_sets if best.run.reevaluation is not None for table in _best_set_tables(best.run)]
-    if results.runs:
-        note = (
-            "All searches of a study share one store of results. A search reuses the runs of earlier searches, so the "
-            "last two columns depend on the order of the searches."
-        )
-        tables.append(table_of("Every search", RUNS, results.rows(), note))
-    return tables
+    validated = [best.run for best in best_sets if best.run.reevaluation is not None]
+    return [
+        *(table for one in analysis.comparisons for table in _comparison_tables(one)),
+        *tables_of("Held-out minus reported fitness", HELD_OUT, held_out_rows(results), HELD_OUT_NOTE),
+        *tables_of("Reported and held-out fitness", REPORTED, reported_fitness_rows(results), REPORTED_NOTE),
+        *(table for run in validated for table in _best_set_tables(run)),
+        *tables_of("Every search", RUNS, results.rows(), RUNS_NOTE),
+    ]
 
 
 def _comparison_tables(comparison: Comparison) -> list[Table]:
     """Table 5.2 and the tests behind the verdict."""
     title = comparison.title
-    note = f"The interval is a bootstrap interval of the median, given for {FEWEST_FOR_INTERVAL} searches or more."
-    rows = summary_rows(comparison)
-    tables = [table_of(f"Best fitness of a search: {title} (thesis, Table 5.2)", SUMMARY, rows, note)]
-    if rows := pair_rows(comparison):
-        columns = PAIRS | ({"by_construction": "by construction"} if comparison.by_construction else {})
-        tables.append(table_of(f"Every pair of configurations: {title}", columns, rows, _pairs_note(comparison)))
-    if rows := test_rows(comparison):
-        tables.append(table_of(f"Tests over several configurations: {title}", TESTS, rows))
-    if ranking := comparison.ranking:
-        columns = {"configuration": "configuration", "mean_rank": "mean rank"}
-        note = (
-            f"Over {counted(len(ranking.seeds), 'seed')}; rank 1 is best. Ranks less than "
-            f"{ranking.critical_difference:.2f} apart do not differ significantly (Nemenyi, 0.05)."
-            f"{_left_out(comparison)}"
-        )
-        tables.append(table_of(f"Ranks: {title}", columns, rank_rows(comparison), note))
-    return tables
+    summary = f"Best fitness of a search: {title} (thesis, Table 5.2)"
+    pairs = PAIRS | ({"by_construction": "by construction"} if comparison.by_construction else {})
+    return [
+        *tables_of(summary, SUMMARY, summary_rows(comparison), SUMMARY_NOTE),
+        *tables_of(f"Every pair of configurations: {title}", pairs, pair_rows(comparison), _pairs_note(comparison)),
+        *tables_of(f"Tests over several configurations: {title}", TESTS, test_rows(comparison)),
+        *tables_of(f"Ranks: {title}", RANKS, rank_rows(comparison), _ranks_note(comparison)),
+    ]
 
 
 def _pairs_note(comparison: Comparison) -> str:
@@ -233,10 +218,16 @@ def _pairs_note(comparison: Comparison) -> str:
     )
 
 
-def _left_out(comparison: Comparison) -> str:
-    """Name the configurations without a rank, because they are never worse than another one by construction."""
-    names = [best for best, _ in comparison.by_construction]
-    return f" Without {', '.join(names)}: never worse than another configuration by construction." if names else ""
+def _ranks_note(comparison: Comparison) -> str:
+    """Return the note of the table of ranks, which names the configurations without a rank."""
+    if (ranking := comparison.ranking) is None:
+        return ""
+    names = ", ".join(best for best, _ in comparison.by_construction)
+    left_out = f" Without {names}: never worse than another configuration by construction." if names else ""
+    return (
+        f"Over {counted(len(ranking.seeds), 'seed')}; rank 1 is best. Ranks less than "
+        f"{ranking.critical_difference:.2f} apart do not differ significantly (Nemenyi, 0.05).{left_out}"
+    )
 
 
 def refused_replays(best_sets: Sequence[BestSet]) -> list[str]:
@@ -265,13 +256,11 @@ def _best_set_tables(run: StudyRun) -> list[Table]:
     """Times and other measures of the best set of a configuration."""
     what = f"Best set of {run.configuration.name} (seed {run.seed}) on held-out seeds"
     measures = measure_rows(run)
-    names = dict.fromkeys(name for row in measures for name in row if name not in ("configuration", "seed"))
+    names = {name: name for row in measures for name in row if name not in ("configuration", "seed")}
     rows = [{name: row.get(name) for name in names} for row in measures]
     return [
-        table_of(f"{what} (thesis, Tables 5.3 and 5.4)", MAPS, map_rows(run), HELD_OUT_TIMES),
-        table_of(
-            f"{what}: other measures", {name: name for name in names}, rows, "Means over the same runs; SI units."
-        ),
+        *tables_of(f"{what} (thesis, Tables 5.3 and 5.4)", MAPS, map_rows(run), HELD_OUT_TIMES),
+        *tables_of(f"{what}: other measures", names, rows, "Means over the same runs; SI units."),
     ]
 
 

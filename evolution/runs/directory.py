@@ -48,7 +48,6 @@ from evolution.runs.documents import (
 )
 from evolution.runs.former_names import present_results, present_row
 from evolution.runs.front import front_rows
-from evolution.runs.recorded_bodies import bodies_document
 from evolution.runs.results import named, results_document
 from evolution.search import Evaluation, Experiment, FrontPoint, Record, ValidationResult, nested_document
 from gym_mapbench.errors import MapBenchError, RunError
@@ -270,7 +269,8 @@ class RunDir:
             genomes = {digest: genome.model_dump(mode="json") for digest, genome in record.genomes.items()}
             write_json(self.path / MAPS / f"{generation:04d}.json", genomes)
         if record.bodies:
-            write_json(self.path / MAPS / f"{generation:04d}{BODIES}", bodies_document(record.bodies))
+            bodies = {digest: [one.model_dump(mode="json") for one in some] for digest, some in record.bodies.items()}
+            write_json(self.path / MAPS / f"{generation:04d}{BODIES}", bodies)
         self._write_table(GENERATIONS, record.generations)
         self._write_table(INDIVIDUALS, record.individuals)
         self._write_table(RUNS, list(record.runs.values()))

@@ -13,10 +13,9 @@ from evolution.driving import RESULT_FIELDS, RUN_COLUMNS, RunResult
 from evolution.files import Row, Table, Tabled, read_json, read_npz
 from evolution.runs.directory import BODIES, CONFIG, MAPS, RunDir, controllers_in
 from evolution.runs.front import front_sentence, objectives_in
-from evolution.runs.recorded_bodies import read_bodies
 from evolution.runs.results import GOOD_SET
 from evolution.search import Experiment, MapResults, experiment_of
-from gym_mapbench.errors import RunError, refuse_unknown
+from gym_mapbench.errors import ConfigError, RunError, refuse_unknown
 from gym_mapbench.generator import ShapeSettings, default_task
 from gym_mapbench.trust import refuse_code
 from gym_mapbench.world.bodies import Body
@@ -125,6 +124,24 @@ class LoadedRun(Tabled):
         for path in sorted((self.path / MAPS).glob(f"*{BODIES}")):
             found |= read_bodies(read_json(path), str(path))
         return found
+
+
+def read_bodies(document: Mapping[str, Any], where: str) -> dict[str, tuple[Body, ...]]:
+    """Return the moving bodies in a document, by the digest of their map.
+
+    Args:
+        document: The document.
+        where: Beginning of every error message.
+
+    Raises:
+        RunError: If it is anything else.
+        UntrustedError: If it names code.
+    """
+    refuse_code(document, where)
+    try:
+        return {digest: tuple(Body.from_mapping(one, where) for one in of_map) for digest, of_map in document.items()}
+    except (ConfigError, TypeError) as error:
+        raise RunError(f"{where}: expected moving bodies by digest ({error})") from None
 
 
 def load_run(path: str | Path) -> LoadedRun:

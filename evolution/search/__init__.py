@@ -65,7 +65,7 @@ from evolution.search.operators import (
     scenario_on,
 )
 from evolution.search.option_names import nested, nested_document, short_names
-from evolution.search.record import Record, result_fields, runs_on
+from evolution.search.record import Record, result_fields
 from evolution.search.recorder import Recorder
 from evolution.search.sections import ArchiveSettings, ValidationSettings
 from evolution.search.settings import METRIC_NAMES, EvolveSettings
@@ -130,7 +130,6 @@ __all__ = [
     "preset_names",
     "read_document",
     "result_fields",
-    "runs_on",
     "scenario_on",
     "short_names",
     "stages_of",

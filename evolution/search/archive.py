@@ -67,7 +67,7 @@ class Archive:
             self.scenarios.setdefault(digest, scenario)
             self._runs.setdefault(digest, [[] for _ in self.plan.controllers])
         first = dict.fromkeys(scenarios, 0)
-        self._drive_stages(dict.fromkeys(scenarios, self.plan.repeats), self.stages, first, going_on)
+        self._drive_stages(dict.fromkeys(scenarios, self.plan.repeats), first, going_on)
         return [self.results_of(map_set) for map_set in map_sets]
 
     def drive(self, repeats: Mapping[str, int]) -> None:
@@ -78,7 +78,7 @@ class Archive:
         Args:
             repeats: For each map, by digest, the number of runs.
         """
-        self._drive_stages(repeats, self.stages, {name: self.repeats_of(name) for name in repeats})
+        self._drive_stages(repeats, {name: self.repeats_of(name) for name in repeats})
 
     def drive_more(self, further: Mapping[str, Sequence[int]]) -> None:
         """Drive further runs on known maps; controllers may get different numbers of them.
@@ -184,11 +184,11 @@ class Archive:
         )
 
     def _drive_stages(
-        self, repeats: Mapping[str, int], stages: Stages, since: Mapping[str, int], going_on: GoingOn | None = None
+        self, repeats: Mapping[str, int], since: Mapping[str, int], going_on: GoingOn | None = None
     ) -> None:
         """Drive maps stage by stage until a run fails; failures before the repeat ``since`` do not count."""
         names, begun = list(repeats), {name for name in repeats if self.repeats_of(name) > since[name]}
-        while next_of := self._next_stages(names, repeats, stages, since):
+        while next_of := self._next_stages(names, repeats, since):
             if going_on is not None and (asked := [name for name in next_of if name in begun]):
                 dropped = set(asked) - set(going_on(asked))
                 next_of = {name: stage for name, stage in next_of.items() if name not in dropped}
@@ -198,10 +198,10 @@ class Archive:
             self.drive_more({name: _of_stage(counts, next_of[name]) for name, counts in lacking.items()})
 
     def _next_stages(
-        self, names: Iterable[str], repeats: Mapping[str, int], stages: Stages, since: Mapping[str, int]
+        self, names: Iterable[str], repeats: Mapping[str, int], since: Mapping[str, int]
     ) -> dict[str, Stage]:
         """Return the next stage of each map that has one."""
-        found = {name: next_stage(self._runs[name], stages, repeats[name], since[name]) for name in names}
+        found = {name: next_stage(self._runs[name], self.stages, repeats[name], since[name]) for name in names}
         return {name: stage for name, stage in found.items() if stage}
 
     def _drive(self, jobs: Sequence[Job]) -> None:

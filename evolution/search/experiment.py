@@ -64,20 +64,17 @@ class Experiment:
         """The fitness that judges map sets; a cluster fitness may have to be calibrated first."""
         return Fitness.of(self.search.judging, self.run.time_limit)
 
-    def sampling(self, draw_map: DrawMap | None = None) -> MapSampling:
-        """Return the operator that samples new maps.
-
-        Args:
-            draw_map: Samples one map; if None, of the families of the search, or of random shapes if there are none.
-        """
+    @property
+    def sampling(self) -> MapSampling:
+        """The operator that samples new maps, of the families of the search, or of random shapes if there are none."""
         search = self.search
-        return MapSampling(search.maps_per_set, search.shapes, draw_map or self._draw_map, search.people)
+        return MapSampling(search.maps_per_set, search.shapes, self._draw_map, search.people)
 
     @property
     def mutator(self) -> Mutator:
         """The operator that changes a map."""
         search = self.search
-        return Mutator(search.shapes, search.ga.mutation, search.families, self.run.robot, search.people)
+        return Mutator(search.shapes, search.ga.mutation, self.run.robot, search.families, search.people)
 
     @property
     def _draw_map(self) -> DrawMap:

@@ -28,9 +28,10 @@ from evolution.search.expectations import Expectations
 from evolution.search.experiment import Experiment
 from evolution.search.judging import Fitness, Judgement, Objectives, best_of
 from evolution.search.judging.expected_fitness import RELIABILITY
-from evolution.search.operators import DrawMap, MapMutation, Trial
+from evolution.search.operators import MapMutation, Trial
 from evolution.search.record import Record
 from evolution.search.recorder import Journal, Recorder
+from evolution.search.sections import ValidationSettings
 from evolution.search.staging import contenders, stages_of
 from evolution.search.surrogate import Surrogate
 from evolution.search.validation_stage import FrontPoint, ValidationResult, front_of, reevaluate, validate
@@ -92,7 +93,6 @@ def evolve(
     *,
     on_generation: OnGeneration | None = None,
     fitness: Fitness | None = None,
-    draw_map: DrawMap | None = None,
 ) -> EvolveResult:
     """Search for the best map set.
 
@@ -102,7 +102,6 @@ def evolve(
         recorder: Records the search, and continues one that was begun there; nothing is recorded if None.
         on_generation: Called after each generation.
         fitness: Judges map sets; if None, the fitness that ``experiment`` names.
-        draw_map: Samples one map; if None, of the families of ``experiment``.
 
     Raises:
         ConfigError: If ``recorder`` was made for another experiment.
@@ -111,7 +110,7 @@ def evolve(
     journal = Journal(recorder, experiment)
     if journal.is_new:
         evaluator.get_ready()
-    search = _Search(experiment, evaluator, journal, fitness, draw_map)
+    search = _Search(experiment, evaluator, journal, fitness)
     while search.step(on_generation):
         pass
     return search.result()
@@ -141,14 +140,7 @@ class _Clock:
 class _Search:
     """A running search and its record."""
 
-    def __init__(
-        self,
-        experiment: Experiment,
-        evaluator: Evaluator,
-        journal: Journal,
-        fitness: Fitness | None,
-        draw_map: DrawMap | None,
-    ) -> None:
+    def __init__(self, experiment: Experiment, evaluator: Evaluator, journal: Journal, fitness: Fitness | None) -> None:
         self.settings = settings = experiment.search
         self.evaluator = evaluator
         self.journal = journal
@@ -168,7 +160,7 @@ class _Search:
         self.algorithm: GeneticAlgorithm = make_algorithm(
             settings.ga,
             self.problem,
-            experiment.sampling(draw_map),
+            experiment.sampling,
             self.mutation,
             self.rng,
             settings.evaluations,
@@ -302,21 +294,20 @@ class _Search:
 
     def _finish(self, clock: _Clock) -> None:
         """Run the validation stage, if there is one, and write the end of the search."""
-        stage = self.settings.validation is not None
+        stage = self.settings.validation
         if self.problem.objectives.are_several:
-            self._end_on_front()
+            self._end_on_front(stage)
         elif stage:
-            self._validate()
+            self._validate(stage)
         if stage:
             self.record.add_runs(self.generation, self.archive.take_new())
-        self.journal.write_end(self.record, self.best, self._checkpoint(finished=True), self.validation, stage)
+        self.journal.write_end(self.record, self.best, self._checkpoint(finished=True), self.validation, bool(stage))
         if stage and not self.journal.was_finished:
             self.journal.write_timing(clock.row(self.generation))
 
-    def _end_on_front(self) -> None:
+    def _end_on_front(self, stage: ValidationSettings | None) -> None:
         """Write the Pareto front, re-evaluated if there is a validation stage; its first set is the best one."""
-        stage, objectives = self.settings.validation, self.problem.objectives
-        front = front_of(self.population)
+        front, objectives = front_of(self.population), self.problem.objectives
         if stage is None:
             self.front = tuple(map(FrontPoint, front))
         else:
@@ -326,11 +317,10 @@ class _Search:
             self.validation = self.front[0].held_out
         self.journal.write_front(self.front, ("fitness", *objectives.names[1:]))
 
-    def _validate(self) -> None:
+    def _validate(self, stage: ValidationSettings) -> None:
         """Let held-out seeds select the best set, and measure its held-out fitness."""
-        assert self.settings.validation is not None
         fitness = self.problem.fitness
-        found = validate(self.expectations, fitness, self.settings, self.settings.validation, self.budget)
+        found = validate(self.expectations, fitness, self.settings, stage, self.budget)
         if found is not None:
             results = self.archive.results_of(found.map_set)
             # Scores are those of the selection: one failure on a later seed does not remove the score of a map.

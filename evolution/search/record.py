@@ -81,16 +81,6 @@ class Record:
         return row | {"violation": judgement.rank_key[0]} if self.constraints else row
 
 
-def runs_on(plan: JobPlan, evaluation: Evaluation) -> list[DrivenRun]:
-    """Return the runs by which a map set was judged."""
-    return [
-        (plan.job(scenario, number, repeat), result)
-        for scenario, of_map in zip(evaluation.map_set, evaluation.results, strict=True)
-        for number, results in enumerate(of_map)
-        for repeat, result in enumerate(results)
-    ]
-
-
 def generation_row(generation: int, evaluations: int, population: Sequence[Evaluation]) -> Row:
     """Return a line of ``generations.csv``: the fitness in the population after selection; smaller is better."""
     fitness = np.array([one.judgement.fitness for one in population])

@@ -96,7 +96,7 @@ class EvolveSettings(ExtendedSettings):
             ConfigError: Naming the option, the expected value, and the given one.
             PluginError: If a third-party fitness fails.
         """
-        pattern = FITNESSES.get(self.judging.fitness)
+        pattern = self.judging.pattern
         with FITNESSES.blamed(self.judging.fitness):
             pattern.check(self.maps_per_set, controllers)
         most, objectives = self.ga.kind.objectives, (*pattern.objectives, *self.judging.objectives)

@@ -6,7 +6,7 @@ from collections.abc import Callable, Iterable
 from dataclasses import replace
 from pathlib import Path
 
-from evolution.driving import Evaluator
+from evolution.driving import Evaluator, Job, JobPlan, RunResult
 from evolution.runs import CONFIG, LoadedRun, RunDir, chosen_by, driven_maps, load_run, results_in, validation_in
 from evolution.search import (
     Evaluation,
@@ -16,11 +16,10 @@ from evolution.search import (
     ValidationResult,
     best_set,
     evolve,
-    runs_on,
     scenario_on,
 )
-from evolution.studies.baselines.path_length import PathLengthFitness, planned
 from evolution.studies.directory import StudyDir
+from evolution.studies.path_length import PathLengthFitness, planned
 from evolution.studies.tasks import Task
 from gym_mapbench.world.scenario import MapSet
 
@@ -128,7 +127,7 @@ def record_sets(
     """
     record = Record(experiment.plan)
     for generation, (evaluations, best) in enumerate(chosen, start=1):
-        record.add(generation, [best], [best], runs_on(experiment.plan, best))
+        record.add(generation, [best], [best], _runs_on(experiment.plan, best))
         record.generations[-1]["evaluations"] = evaluations
         checkpoint = {
             "generation": generation,
@@ -148,3 +147,13 @@ def _map_set(names: Iterable[str], run: LoadedRun, experiment: Experiment) -> Ma
     shapes = experiment.search.shapes
     found = ((scenario_on(run.maps[name].occupancy, shapes), run.bodies.get(name, ())) for name in names)
     return MapSet(tuple(replace(scenario, bodies=bodies) for scenario, bodies in found))
+
+
+def _runs_on(plan: JobPlan, evaluation: Evaluation) -> list[tuple[Job, RunResult]]:
+    """Return the runs by which a map set was judged."""
+    return [
+        (plan.job(scenario, number, repeat), result)
+        for scenario, of_map in zip(evaluation.map_set, evaluation.results, strict=True)
+        for number, results in enumerate(of_map)
+        for repeat, result in enumerate(results)
+    ]

@@ -15,9 +15,9 @@ from evolution.runs import RecordedExperiment, exclusive_evaluator, load_run
 from evolution.search import Progress
 from evolution.studies.analysis.loading import load_results
 from evolution.studies.analysis.results import StudyResults
-from evolution.studies.baselines.path_length import run_study_job
 from evolution.studies.directory import STUDY, StudyDir
 from evolution.studies.methods import opened, run_task
+from evolution.studies.path_length import run_study_job
 from evolution.studies.reevaluation import read_reevaluation, reevaluate, write_reevaluation
 from evolution.studies.settings import LATER, Configuration, StudySettings
 from evolution.studies.tasks import Task, check_study, make_task, take_from_earlier

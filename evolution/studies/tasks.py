@@ -11,7 +11,7 @@ from typing import Any
 from evolution.driving import try_controllers
 from evolution.files import counted
 from evolution.runs import RunDir, driven_maps, experiment_in, load_run
-from evolution.search import FITNESSES, MAX_MAPS, Experiment, calibrate_scale, check_several, experiment_of
+from evolution.search import MAX_MAPS, Experiment, calibrate_scale, check_several, experiment_of
 from evolution.studies.directory import StudyDir
 from evolution.studies.settings import MAX_SEED, Configuration, StudySettings
 from gym_mapbench.errors import ConfigError, RunError
@@ -90,7 +90,7 @@ def _check(configuration: Configuration, experiment: Experiment, where: str) -> 
     search = experiment.search
     if configuration.method == "best_triple" and search.maps_per_set > MAX_MAPS:
         raise ConfigError(f"{where}: best_triple: expected maps_per_set up to {MAX_MAPS}, got {search.maps_per_set}")
-    pattern = FITNESSES.get(search.judging.fitness)
+    pattern = search.judging.pattern
     if configuration.method == "best_triple" and not pattern.exact:
         raise ConfigError(
             f"{where}: best_triple: how to find the exact best set of {search.judging.fitness} is not known"

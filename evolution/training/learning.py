@@ -115,8 +115,8 @@ def _go_on(directory: TrainingDir, on_progress: Callable[[TrainProgress], None] 
     done = 0 if state is None else saved_steps(directory.path / LATEST)
     worlds = TrainingWorlds(settings, make_levels(settings, maps, curriculum, done), done)
     lessons, statistics = _normalized(settings, worlds, directory.path if state else None, done)
-    model = _model(settings, directory, lessons, resumed=state is not None)
-    recorder = Recorder(directory, settings, statistics, done)
+    model = _model(directory, lessons, resumed=state is not None)
+    recorder = Recorder(directory, statistics, done)
     groups = held_out_groups(settings, maps, curriculum)
     interruption = Interruption()
     companion = Companion(
@@ -154,11 +154,7 @@ def make_levels(
 ) -> Levels:
     """Return what gives every episode its map; after ``done`` steps, others than at the beginning."""
     fresh_rng, replay_rng = (np.random.default_rng((settings.seed, done, stream)) for stream in range(2))
-    fresh: Levels = RandomLevels(
-        settings.world, settings.obstacles, settings.anywhere, settings.reuse, fresh_rng, settings.people
-    )
-    if maps:
-        fresh = GivenLevels(split(maps)[0], fresh_rng)
+    fresh: Levels = GivenLevels(split(maps)[0], fresh_rng) if maps else RandomLevels(settings, fresh_rng)
     return ReplayedLevels(settings.replay, fresh, split(curriculum)[0], replay_rng) if curriculum else fresh
 
 
@@ -208,12 +204,12 @@ def _normalized(settings: TrainSettings, worlds: Any, resumed: Path | None, done
     return wrapped, wrapped
 
 
-def _model(settings: TrainSettings, directory: TrainingDir, lessons: Any, *, resumed: bool) -> Any:
+def _model(directory: TrainingDir, lessons: Any, *, resumed: bool) -> Any:
     """Make a model, or load the one to be continued."""
     logs = directory.path / LOGS if tensorboard_is_installed() else None
     if not resumed:
-        return make_model(settings, lessons, logs)
-    model = continued_model(settings, directory.path / LATEST, lessons, logs)
+        return make_model(directory.settings, lessons, logs)
+    model = continued_model(directory.settings, directory.path / LATEST, lessons, logs)
     if hasattr(model, "replay_buffer"):
         load_experience(model, directory.path / BUFFER)
     return model

@@ -9,20 +9,16 @@ from typing import Protocol
 import numpy as np
 from numpy.typing import NDArray
 
-from evolution.training.settings import ReplaySettings, Stage
-from gym_mapbench.env.config import EnvConfig
+from evolution.training.settings import ReplaySettings, TrainSettings
 from gym_mapbench.env.random_task import draw_task
 from gym_mapbench.env.scenario_source import draw_scenario, is_planned
-from gym_mapbench.generator import PeopleSettings, with_people
+from gym_mapbench.generator import with_people
 from gym_mapbench.world.scenario import Scenario
 
-NOBODY = PeopleSettings()
 POOL = 3000
 """Random maps that are kept for further episodes."""
 FIRST_MAPS = 200
 """Random maps that are sampled before a map is reused."""
-
-
 EVERY_FIFTH = 5
 """Of five given maps, one is held out."""
 
@@ -88,41 +84,23 @@ class RandomLevels:
     Sampling a map costs as much as dozens of steps, so each map is used for several episodes.
 
     Args:
-        world: Options of the maps, apart from the number of obstacles.
-        stages: How many obstacles, when.
-        anywhere: Share of the maps with start and goal anywhere.
-        reuse: Episodes on a map, on average.
+        settings: World, obstacles, people and reuse of the maps; a map has 0 to ``people.count`` people.
         rng: Source of all randomness.
-        people: The people on a map: 0 to ``count`` of them.
     """
 
-    def __init__(
-        self,
-        world: EnvConfig,
-        stages: Sequence[Stage],
-        anywhere: float,
-        reuse: float,
-        rng: np.random.Generator,
-        people: PeopleSettings = NOBODY,
-    ) -> None:
-        self._world = world
-        self._people = people
-        self._anywhere = anywhere
-        self._after = [stage.after for stage in stages]
-        self._fewest = [stage.fewest for stage in stages]
-        self._most = [stage.most for stage in stages]
-        self._reuse = reuse
+    def __init__(self, settings: TrainSettings, rng: np.random.Generator) -> None:
+        self._settings = settings
         self._rng = rng
         self._pool: deque[Scenario] = deque(maxlen=POOL)
 
     def obstacles(self, progress: float) -> tuple[int, int]:
         """Return the fewest and most obstacles at a share of the training."""
-        fewest, most = (np.interp(progress, self._after, counts) for counts in (self._fewest, self._most))
-        return round(float(fewest)), round(float(most))
+        after, fewest, most = zip(*((one.after, one.fewest, one.most) for one in self._settings.obstacles), strict=True)
+        return round(float(np.interp(progress, after, fewest))), round(float(np.interp(progress, after, most)))
 
     def next(self, progress: float) -> Scenario:
         """Return a new map, or a recently sampled one."""
-        if len(self._pool) < FIRST_MAPS or self._rng.random() * self._reuse < 1.0:
+        if len(self._pool) < FIRST_MAPS or self._rng.random() * self._settings.reuse < 1.0:
             self._pool.append(self._populate(self._draw(progress)))
             return self._pool[-1]
         return self._pool[int(self._rng.integers(len(self._pool)))]
@@ -131,18 +109,19 @@ class RandomLevels:
         """Learn nothing."""
 
     def _draw(self, progress: float) -> Scenario:
-        shapes = self._world.shapes.replace(n_obstacles=self.obstacles(progress))
-        scenario = draw_scenario(self._world.replace(shapes=shapes), self._rng)
-        if self._rng.random() >= self._anywhere:
+        world = self._settings.world
+        shapes = world.shapes.replace(n_obstacles=self.obstacles(progress))
+        scenario = draw_scenario(world.replace(shapes=shapes), self._rng)
+        if self._rng.random() >= self._settings.anywhere:
             return scenario
-        elsewhere = draw_task(scenario.map, self._world.robot, self._rng)
-        return scenario if elsewhere is None or not is_planned(self._world, elsewhere) else elsewhere
+        elsewhere = draw_task(scenario.map, world.robot, self._rng)
+        return scenario if elsewhere is None or not is_planned(world, elsewhere) else elsewhere
 
     def _populate(self, scenario: Scenario) -> Scenario:
         """Add people to a map, where the settings have people."""
-        most = self._people.count
-        wanted = int(self._rng.integers(most, endpoint=True)) if most else 0
-        return with_people(scenario, self._people.replace(count=wanted), self._rng) if wanted else scenario
+        people = self._settings.people
+        wanted = int(self._rng.integers(people.count, endpoint=True)) if people.count else 0
+        return with_people(scenario, people.replace(count=wanted), self._rng) if wanted else scenario
 
 
 class ReplayedLevels:

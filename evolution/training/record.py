@@ -28,7 +28,6 @@ from evolution.training.directory import (
     TrainingDir,
 )
 from evolution.training.evaluation import Judgement
-from evolution.training.settings import TrainSettings
 from gym_mapbench.errors import ConfigError
 
 LOG = logging.getLogger(__name__)
@@ -63,7 +62,6 @@ class Recorder:
 
     Args:
         directory: The directory.
-        settings: The training.
         statistics: Its VecNormalize, None without one.
         done: Steps of the latest model; 0 at the beginning.
 
@@ -71,9 +69,9 @@ class Recorder:
         rows: The learning curve.
     """
 
-    def __init__(self, directory: TrainingDir, settings: TrainSettings, statistics: Any, done: int = 0) -> None:
+    def __init__(self, directory: TrainingDir, statistics: Any, done: int) -> None:
         self._directory = directory
-        self._settings = settings
+        self._settings = directory.settings
         self._statistics = statistics
         self._seconds = float((directory.state or {}).get("seconds", 0.0))
         self._began = time.perf_counter()

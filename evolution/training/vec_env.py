@@ -41,7 +41,6 @@ class TrainingWorlds(VecEnv):
 
     def __init__(self, settings: TrainSettings, levels: Levels, done: int = 0) -> None:
         self.progress = share_done(settings, done)
-        self.episodes = 0
         self.successes: deque[bool] = deque(maxlen=LATEST)
         self._levels = levels
         self._worlds = EncodedWorlds(
@@ -89,7 +88,6 @@ class TrainingWorlds(VecEnv):
                 "episode": {"r": float(self._returns[number]), "l": int(self._lengths[number]), "t": 0.0},
                 "is_success": outcome == "goal",
             }
-        self.episodes += len(step.outcomes)
         self._returns[step.ended], self._lengths[step.ended] = 0.0, 0
 
     def close(self) -> None:

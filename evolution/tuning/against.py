@@ -25,7 +25,7 @@ LEAST_REGRET = 0.1
 
 
 def evolve_against(
-    plan: TuningPlan, values: dict[str, Value], number: int, evaluator: Evaluator
+    plan: TuningPlan, values: dict[str, Value], number: int, against: AgainstSettings, evaluator: Evaluator
 ) -> tuple[Scenario, ...]:
     """Return the hardest maps for some values that an evolution finds, the hardest first.
 
@@ -33,17 +33,16 @@ def evolve_against(
         plan: The tuning.
         values: Values of the tuned parameters.
         number: Number of the round, from which seed and names of the maps are derived.
+        against: Options of the evolution.
         evaluator: Drives the runs.
     """
-    assert plan.settings.against is not None
-    experiment = experiment_against(plan, values, number, plan.settings.against)
+    experiment = experiment_against(plan, values, number, against)
     found = evolve(experiment, evaluator)
     known = {one.digest for one in (*plan.train, *plan.test)}
     ranked = sorted(found.population, key=lambda one: one.judgement.rank_key)
     maps = {one.map_set[0].digest: one.map_set[0] for one in ranked if one.judgement.fitness < 0.0}
     new = [one for digest, one in maps.items() if digest not in known and _has_way(one, plan)]
-    new = new[: 2 * plan.settings.against.maps]
-    hardest = _confirmed(experiment.plan, found.fitness, new, evaluator)[: plan.settings.against.maps]
+    hardest = _confirmed(experiment.plan, found.fitness, new[: 2 * against.maps], evaluator)[: against.maps]
     return tuple(replace(one, name=f"round_{number}_map_{place}") for place, one in enumerate(hardest, start=1))
 
 

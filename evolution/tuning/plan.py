@@ -82,8 +82,8 @@ class TuningPlan:
         """The conditions that the runs of a trial must meet."""
         return tuple(read_requirement(text) for text in self.settings.requirements)
 
-    def jobs_with(self, values: Values | None) -> JobPlan:
-        """Return the plan of the runs with some values; with None, with the user's own.
+    def jobs_with(self, values: Values) -> JobPlan:
+        """Return the plan of the runs with some values.
 
         All plans have the same seeds, so that runs on a map are paired.
 
@@ -91,7 +91,7 @@ class TuningPlan:
             ConfigError: If the controller refuses the values.
         """
         world = self.world
-        if values is not None:
+        if values != self.own:
             world = world.replace(navigation=with_values(world.navigation, self.controller, values))
         return JobPlan((ControllerSpec(name=self.controller),), world, self.settings.seed)
 

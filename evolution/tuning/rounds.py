@@ -51,8 +51,8 @@ def search_in_rounds(plan: TuningPlan, evaluator: Evaluator, on_trial: OnTrial |
         start = [one.values for one in best_trials(done[-1].searched.trials, CONTINUED)] if done else []
         of_round = replace(plan, settings=plan.settings.replace(trials=share, runs=runs, against=None))
         done.append(Round(plan, search(of_round, evaluator, on_trial, start, number)))
-        if number < rounds:
-            hard = evolve_against(plan, done[-1].best.values, number, evaluator)
+        if against is not None and number < rounds:
+            hard = evolve_against(plan, done[-1].best.values, number, against, evaluator)
             plan = replace(plan, train=(*plan.train, *hard))
     return done
 
@@ -76,7 +76,7 @@ def matrix(rounds: Sequence[Round], final: dict[str, Value], evaluator: Evaluato
     plan, groups = rounds[-1].plan, groups_of(rounds)
     values = {"own": plan.own, **{f"round {n}": one.best.values for n, one in enumerate(rounds, 1)}, "tuned": final}
     repeats = range(1, 1 + plan.settings.validation_repeats)
-    plans = {name: plan.jobs_with(None if one == plan.own else one) for name, one in values.items()}
+    plans = {name: plan.jobs_with(one) for name, one in values.items()}
     jobs = {
         (name, group): jobs_on(jobs, maps, repeats) for name, jobs in plans.items() for group, maps in groups.items()
     }

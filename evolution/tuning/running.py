@@ -70,7 +70,7 @@ def run_tuning(
     plan.check_ways()
     check_map_set_size(group_scenarios(plan.test))
     TUNING.begin_or_resume(path, {"tuning": plan.document()}, _options, resume=resume)
-    with exclusive_evaluator(TUNING, path, resources, run_job, [plan.jobs_with(None)], on_run) as evaluator:
+    with exclusive_evaluator(TUNING, path, resources, run_job, [plan.jobs_with(plan.own)], on_run) as evaluator:
         rounds = search_in_rounds(plan, evaluator, on_trial)
         finalists = validate(rounds[-1].plan, rounds[-1].searched.trials, evaluator)
         front = front_of(finalists)
@@ -148,8 +148,7 @@ class _Outcome:
     def _importances(self) -> list[Row]:
         """Return a row for each parameter, the most important for the first objective first."""
         names = self.searched.importances[0]
-        columns = zip(self.plan.settings.objectives, self.searched.importances, strict=True)
-        of_each = list(columns)
+        of_each = list(zip(self.plan.settings.objectives, self.searched.importances, strict=True))
         return [{"parameter": name, **{key: found.get(name, 0.0) for key, found in of_each}} for name in names]
 
     def trial_rows(self) -> list[Row]:

@@ -72,11 +72,10 @@ class Sampling:
         self._trials.append(trial)
         return dict(trial.params)
 
-    def report(self, number: int, costs: Mapping[int, float]) -> None:
-        """Report the costs of a trial on some maps, by the number of the map."""
+    def report(self, number: int, place: int, cost: float) -> None:
+        """Report the cost of a trial on the map of some number."""
         if self._stops:
-            for step, cost in costs.items():
-                self._trials[number].report(cost, step)
+            self._trials[number].report(cost, place)
 
     def best(self) -> int | None:
         """Return the number of the best trial that meets all requirements; None before the first."""

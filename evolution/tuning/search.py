@@ -6,7 +6,7 @@ results are in the store, so a continued search repeats its decisions and runs o
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field, replace
 from statistics import fmean
 from typing import Literal
@@ -32,7 +32,6 @@ class Trial:
     Args:
         number: Number of the trial; 0 has the user's own values.
         values: Values of the tuned parameters.
-        plan: Its runs; None if the controller refuses the values.
         order: Numbers of the training maps, in the order of its runs.
         state: ``complete`` after all maps, ``stopped`` after some, ``refused`` without a run.
         rows: A row for each run.
@@ -43,7 +42,6 @@ class Trial:
 
     number: int
     values: dict[str, Value]
-    plan: JobPlan | None
     order: tuple[int, ...]
     state: State = "running"
     rows: list[Row] = field(default_factory=list)
@@ -95,68 +93,84 @@ def search(
         start: Values of the trials after the first, which has the user's own.
         number: Number of the round; the sampler's seed depends on it.
     """
-    settings, trials = plan.settings, list[Trial]()
-    sampling = Sampling(plan.space, plan.own, settings, start, settings.seed + 1_000_000 * (number - 1))
-    while len(trials) < settings.trials and not _spent(plan, trials):
-        size = min(settings.batch, settings.trials - len(trials))
-        batch = [_begin(plan, sampling, len(trials) + place) for place in range(size)]
+    searching = _Search(plan, evaluator, start, number)
+    while not searching.is_over:
+        searching.run_batch(on_trial)
+    return Searched(searching.trials, searching.sampling.importances())
+
+
+class _Search:
+    """A running search; arguments as for :func:`search`."""
+
+    def __init__(self, plan: TuningPlan, evaluator: Evaluator, start: Sequence[dict[str, Value]], number: int) -> None:
+        seed = plan.settings.seed + 1_000_000 * (number - 1)
+        self.plan = plan
+        self.evaluator = evaluator
+        self.sampling = Sampling(plan.space, plan.own, plan.settings, start, seed)
+        self.trials: list[Trial] = []
+        self._plans: dict[int, JobPlan] = {}
+
+    @property
+    def runs(self) -> int:
+        """Runs of the finished trials."""
+        return sum(len(one.rows) for one in self.trials)
+
+    @property
+    def is_over(self) -> bool:
+        """Whether all trials are finished, or the budget of runs is used up."""
+        settings = self.plan.settings
+        return len(self.trials) >= settings.trials or (settings.runs is not None and self.runs >= settings.runs)
+
+    def run_batch(self, on_trial: OnTrial | None) -> None:
+        """Sample some trials, and run them until each is complete, stopped or refused."""
+        first, settings = len(self.trials), self.plan.settings
+        batch = [self._begin(number) for number in range(first, min(first + settings.batch, settings.trials))]
         while running := [trial for trial in batch if trial.state == "running"]:
-            _step(plan, sampling, trials, running, evaluator)
+            self._step(running)
         for trial in batch:
-            _finish(plan, sampling, trial)
-            trials.append(trial)
+            trial.violations = {one.text: one.violation(trial.rows) for one in self.plan.requirements if trial.rows}
+            self.sampling.tell(trial.number, trial.estimate or None, trial.violations)
+            self.trials.append(trial)
             if on_trial is not None:
-                on_trial(trial, sum(len(one.rows) for one in trials))
-    return Searched(trials, sampling.importances())
+                on_trial(trial, self.runs)
 
+    def _begin(self, number: int) -> Trial:
+        """Sample a trial; the first has the user's own values."""
+        sampled = self.sampling.ask()
+        values = self.plan.space.completed(sampled) if number else self.plan.own
+        rng = np.random.default_rng((self.plan.settings.seed, number))
+        order = tuple(int(one) for one in rng.permutation(len(self.plan.train)))
+        try:
+            self._plans[number] = self.plan.jobs_with(values)
+        except ConfigError:
+            return Trial(number, values, order, "refused")
+        return Trial(number, values, order, costs=tuple({} for _ in self.plan.settings.objectives))
 
-def _spent(plan: TuningPlan, trials: Sequence[Trial]) -> bool:
-    """Whether the budget of runs is used up."""
-    return plan.settings.runs is not None and sum(len(one.rows) for one in trials) >= plan.settings.runs
+    def _step(self, running: Sequence[Trial]) -> None:
+        """Run every trial of a batch on its next maps, and decide which go on."""
+        step = self.plan.settings.step
+        asked = [(trial, place) for trial in running for place in trial.order[len(trial.rows) :][:step]]
+        jobs = [self._plans[trial.number].job(self.plan.train[place], 0, 0) for trial, place in asked]
+        for (trial, place), job, result in zip(asked, jobs, self.evaluator.run(jobs), strict=True):
+            trial.rows.append(row_of(job, result))
+            for costs, cost in zip(trial.costs, costs_of(self.plan, job, result), strict=True):
+                costs[place] = cost
+            self.sampling.report(trial.number, place, trial.costs[0][place])
+        for trial in running:
+            self._decide(trial)
 
-
-def _begin(plan: TuningPlan, sampling: Sampling, number: int) -> Trial:
-    """Sample a trial; the first has the user's own values."""
-    sampled = sampling.ask()
-    values = plan.space.completed(sampled) if number else plan.own
-    rng = np.random.default_rng((plan.settings.seed, number))
-    order = tuple(int(one) for one in rng.permutation(len(plan.train)))
-    try:
-        jobs = plan.jobs_with(values if number else None)
-    except ConfigError:
-        return Trial(number, values, None, order, "refused")
-    return Trial(number, values, jobs, order, costs=tuple({} for _ in plan.settings.objectives))
-
-
-def _step(
-    plan: TuningPlan, sampling: Sampling, before: Sequence[Trial], running: Sequence[Trial], evaluator: Evaluator
-) -> None:
-    """Run every trial of a batch on its next maps, and decide which go on."""
-    jobs = {(trial.number, place): _job(plan, trial, place) for trial in running for place in _next(plan, trial)}
-    results = dict(zip(jobs, evaluator.run(list(jobs.values())), strict=True))
-    for trial in running:
-        places = _next(plan, trial)
-        for place in places:
-            _add(plan, trial, place, jobs[trial.number, place], results[trial.number, place])
-        sampling.report(trial.number, {place: trial.costs[0][place] for place in places})
-        _decide(plan, sampling, before, trial)
-
-
-def _next(plan: TuningPlan, trial: Trial) -> tuple[int, ...]:
-    done = len(trial.rows)
-    return trial.order[done : done + plan.settings.step]
-
-
-def _job(plan: TuningPlan, trial: Trial, place: int) -> Job:
-    assert trial.plan is not None
-    return trial.plan.job(plan.train[place], 0, 0)
-
-
-def _add(plan: TuningPlan, trial: Trial, place: int, job: Job, result: RunResult) -> None:
-    """Add one run to a trial."""
-    trial.rows.append(row_of(job, result))
-    for costs, cost in zip(trial.costs, costs_of(plan, job, result), strict=True):
-        costs[place] = cost
+    def _decide(self, trial: Trial) -> None:
+        """Complete or stop a trial, or let it go on."""
+        if len(trial.rows) == len(self.plan.train):
+            trial.state, trial.estimate = "complete", tuple(fmean(costs.values()) for costs in trial.costs)
+            return
+        best = self.sampling.best() if self.sampling.should_stop(trial.number) else None
+        if best is None:
+            return
+        others = self.trials[best]
+        more = fmean(cost - others.costs[0][place] for place, cost in trial.costs[0].items())
+        if more > 0:
+            trial.state, trial.estimate = "stopped", (others.estimate[0] + more,)
 
 
 def row_of(job: Job, result: RunResult) -> Row:
@@ -168,27 +182,3 @@ def costs_of(plan: TuningPlan, job: Job, result: RunResult) -> tuple[float, ...]
     """Return the cost of a run for each objective."""
     scale = plan.scales[job.scenario.digest]
     return tuple(OBJECTIVES[name](result, scale) for name in plan.settings.objectives)
-
-
-def _decide(plan: TuningPlan, sampling: Sampling, before: Sequence[Trial], trial: Trial) -> None:
-    """Complete or stop a trial, or let it go on."""
-    if len(trial.rows) == len(plan.train):
-        trial.state, trial.estimate = "complete", tuple(fmean(costs.values()) for costs in trial.costs)
-        return
-    best = sampling.best() if sampling.should_stop(trial.number) else None
-    if best is None:
-        return
-    more = _difference(trial.costs[0], before[best].costs[0])
-    if more > 0:
-        trial.state, trial.estimate = "stopped", (before[best].estimate[0] + more,)
-
-
-def _difference(costs: Mapping[int, float], others: Mapping[int, float]) -> float:
-    """Return the mean difference of two trials over the maps of the first."""
-    return fmean(costs[place] - others[place] for place in costs)
-
-
-def _finish(plan: TuningPlan, sampling: Sampling, trial: Trial) -> None:
-    """Tell the sampler the result of a trial."""
-    trial.violations = {one.text: one.violation(trial.rows) for one in plan.requirements} if trial.rows else {}
-    sampling.tell(trial.number, trial.estimate or None, trial.violations)

@@ -39,7 +39,7 @@ def validate(plan: TuningPlan, trials: Sequence[Trial], evaluator: Evaluator) ->
     """Re-run the best trials, and the user's values, on all training maps with held-out seeds."""
     chosen = finalists_among(trials, plan.settings.finalists)
     repeats = range(1, 1 + plan.settings.validation_repeats)
-    jobs = [jobs_on(trial.plan, plan.train, repeats) for trial in chosen if trial.plan is not None]
+    jobs = [jobs_on(plan.jobs_with(trial.values), plan.train, repeats) for trial in chosen]
     results = iter(evaluator.run([job for of_trial in jobs for job in of_trial]))
     found = []
     for trial, of_trial in zip(chosen, jobs, strict=True):
@@ -82,7 +82,7 @@ def judge(plan: TuningPlan, winner: Finalist, evaluator: Evaluator) -> list[Row]
 
     If the winner has the user's values, only these are run.
     """
-    plans = {OWN: plan.jobs_with(None)}
+    plans = {OWN: plan.jobs_with(plan.own)}
     if winner.number:
         plans[TUNED] = plan.jobs_with(winner.values)
     repeats = range(plan.settings.test_repeats)

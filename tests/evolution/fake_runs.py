@@ -20,8 +20,9 @@ from evolution.driving.pool import WorkerSetup
 from evolution.driving.settings import DriveSettings
 from gym_mapbench.env.config import EnvConfig
 from gym_mapbench.generator import ShapeSettings
-from gym_mapbench.world.robot import RobotSpec
+from gym_mapbench.world.robot import RobotSpec, make_robot
 
+WAFFLE = make_robot("turtlebot3_waffle")
 SMALL = ShapeSettings(
     size=30,
     n_obstacles=(3, 8),

@@ -14,7 +14,7 @@ from evolution.driving import EXECUTORS
 from evolution.driving.jobs import Job, RunResult
 from evolution.search import experiment_of
 from evolution.studies import StudySettings
-from evolution.studies.baselines.path_length import PLANNER
+from evolution.studies.path_length import PLANNER
 from gym_mapbench.metrics.episode import Episode, Event
 from gym_mapbench.ros_params import overlay
 from tests.evolution.fake_runs import SMALL, WORLD, InProcess

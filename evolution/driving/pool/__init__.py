@@ -18,7 +18,7 @@ from __future__ import annotations
 
 from evolution.driving.pool.process_start import available_cores, copy_for_workers
 from evolution.driving.pool.processes import Processes, WorkerDiedError
-from evolution.driving.pool.worker_loop import Answer, NotStartedError
+from evolution.driving.pool.worker_loop import Answer, NotStartedError, loaded
 from evolution.driving.pool.worker_setup import (
     RunJob,
     WarmUp,
@@ -41,6 +41,7 @@ __all__ = [
     "available_cores",
     "copy_for_workers",
     "error_result",
+    "loaded",
     "one_line",
     "prepare_worker",
 ]

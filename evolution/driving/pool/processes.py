@@ -45,10 +45,9 @@ class WorkerDiedError(Exception):
 
 @dataclass(frozen=True)
 class _Job:
-    """A function with its arguments, and the future of its result."""
+    """A call, and the future of its result."""
 
-    function: Callable[..., Any]
-    args: tuple[Any, ...]
+    call: Callable[[], Any]
     future: Future[Any]
 
 
@@ -83,7 +82,7 @@ class Processes(Executor):
         if self._stopping.is_set():
             raise RuntimeError("the workers were stopped")
         future: Future[T] = Future()
-        self._jobs.put(_Job(partial(fn, **kwargs), args, future))
+        self._jobs.put(_Job(partial(fn, *args, **kwargs), future))
         return future
 
     def get_ready(self) -> None:
@@ -184,7 +183,7 @@ class _Worker:
             TimeoutError: If the job takes longer than ``timeout_s`` wall-clock seconds.
             WorkerDiedError: If the worker dies meanwhile.
         """
-        content = pickle.dumps((job.function, job.args))
+        content = pickle.dumps(job.call)
         with contextlib.suppress(OSError):  # the worker is dead; its exit code is read below
             self.process.pipe.send_bytes(content)
         answer = self._next_message(timeout_s)

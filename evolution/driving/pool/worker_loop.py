@@ -140,20 +140,18 @@ def _answer(job: bytes) -> bytes:
     """Run a pickled job and return its pickled answer."""
     value, failure = None, None
     try:
-        function, args = _loaded(job)
-        value = function(*args)
+        value = loaded(job)()
     except BaseException as error:
         failure = error
     return _pickled(value, failure, _has_children())
 
 
-def _loaded(job: bytes) -> tuple[Callable[..., Any], tuple[Any, ...]]:
-    """Read a job; raises :class:`NotStartedError` if it names what cannot be imported here."""
+def loaded(content: bytes) -> Any:
+    """Unpickle what a worker was sent; raises :class:`NotStartedError` if it names what cannot be imported here."""
     try:
-        function, args = pickle.loads(job)
+        return pickle.loads(content)
     except Exception as error:
         raise NotStartedError(f"{type(error).__name__}: {error}") from None
-    return function, args
 
 
 def _pickled(value: Any, error: BaseException | None, left_children: bool) -> bytes:

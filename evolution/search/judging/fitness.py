@@ -60,7 +60,7 @@ class Fitness:
     def kind(self) -> Pattern:
         """The pattern, which scores maps and judges their scores."""
         with FITNESSES.blamed(self.settings.fitness):
-            return FITNESSES.get(self.settings.fitness)(self.settings, self.cluster_scale)
+            return self.settings.pattern(self.settings, self.cluster_scale)
 
     @cached_property
     def policy(self) -> FailurePolicy:

@@ -9,7 +9,7 @@ from pydantic import AfterValidator, field_validator, model_validator
 
 from evolution.driving import check_metric
 from evolution.search.judging.failures import FAILURES, FailurePolicy
-from evolution.search.judging.patterns import FITNESSES, PatternSettings
+from evolution.search.judging.patterns import FITNESSES, Pattern, PatternSettings
 from gym_mapbench.errors import ConfigError
 from gym_mapbench.metrics import MORE_IS_BETTER
 from gym_mapbench.metrics.episode import Outcome
@@ -107,19 +107,25 @@ class JudgingSettings(PatternSettings, ExtendedSettings):
                 )
         if self.metric in self.objectives:
             raise OptionError("objectives", f"expected other metrics than that of the fitness, got {self.metric}")
-        if FITNESSES.get(self.fitness).needs_scale and len(self.metrics) > 1:
+        pattern = self.pattern
+        if pattern.needs_scale and len(self.metrics) > 1:
             raise OptionError("objectives", f"expected measures of maps with fitness {self.fitness!r}, got a metric")
-        better = MORE_IS_BETTER if FITNESSES.get(self.fitness).less_is_better else frozenset[str]()
-        for metric in filter(better.__contains__, self.metrics):
-            option = "metric" if metric == self.metric else "objectives"
-            raise OptionError(
-                option, f"expected one of which less is better with fitness {self.fitness!r}, got {metric!r}"
-            )
-        if FITNESSES.get(self.fitness).solved_only and not policy.excludes:
+        for metric in self.metrics:
+            if pattern.less_is_better and metric in MORE_IS_BETTER:
+                option = "metric" if metric == self.metric else "objectives"
+                raise OptionError(
+                    option, f"expected one of which less is better with fitness {self.fitness!r}, got {metric!r}"
+                )
+        if pattern.solved_only and not policy.excludes:
             raise OptionError(
                 "failures", f"expected 'exclude' with fitness {self.fitness!r}, got {name!r}: it makes failures equal"
             )
         return self
+
+    @property
+    def pattern(self) -> type[Pattern]:
+        """The pattern of the fitness."""
+        return FITNESSES.get(self.fitness)
 
     @property
     def policy(self) -> FailurePolicy:

@@ -58,8 +58,8 @@ class Edit:
         obstacle: Number of the chosen obstacle; 0 if the map had none.
         shapes: Options of the maps and of random shapes.
         settings: Options of mutation.
+        robot: The robot that must be able to drive on the map.
         families: Families whose pieces are new obstacles; empty for random shapes.
-        robot: The robot that must be able to drive on the map; None if no operator needs it.
         way: ``(n, 2)`` path that Nav2 plans, x and y, m; None if there is none or no operator needs it.
         genome: The genome of a map that an operator sampled; None where cells were changed.
     """
@@ -69,8 +69,8 @@ class Edit:
     obstacle: int
     shapes: ShapeSettings
     settings: EditSettings
+    robot: RobotSpec
     families: Sequence[FamilySpec] = ()
-    robot: RobotSpec | None = None
     way: NDArray[np.float64] | None = None
     genome: Genome | None = None
 

@@ -56,7 +56,6 @@ def door(edit: Edit, rng: np.random.Generator) -> None:
 
 def redraw(edit: Edit, rng: np.random.Generator) -> None:
     """Replace the map by a newly sampled one."""
-    assert edit.robot is not None
     if edit.families:
         _, _, cells, edit.genome = draw_from(rng, edit.families, edit.shapes, edit.robot)
     else:

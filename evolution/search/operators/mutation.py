@@ -57,15 +57,15 @@ class Mutator:
     Args:
         shapes: Options of the map's border and of random shapes.
         settings: How obstacles change.
+        robot: The robot that drives.
         families: Families whose pieces are added; random shapes if empty.
-        robot: The robot that drives; informed operators and ``drivable`` need it.
         people: How the people on a map change.
     """
 
     shapes: ShapeSettings
     settings: MutationSettings
+    robot: RobotSpec
     families: Sequence[FamilySpec] = ()
-    robot: RobotSpec | None = None
     people: PeopleSettings = NOBODY
 
     def vary(
@@ -106,7 +106,7 @@ class Mutator:
             else:
                 cells, names, genome = self._change_genes(scenario, scenario.genome, rng, chances, mates)
             same = genome is not None and np.array_equal(cells, scenario.map.occupancy)
-            if not same and (not self.settings.drivable or is_drivable(cells, self.shapes, self._robot)):
+            if not same and (not self.settings.drivable or is_drivable(cells, self.shapes, self.robot)):
                 break
         return scenario_on(cells, self.shapes, genome), names
 
@@ -137,12 +137,12 @@ class Mutator:
         operators = [OPERATORS.get(name) for _, name in drawn]
         way = None
         if any(operator.informed for operator in operators):
-            way = plan_way(cells, self.shapes, self._robot)
+            way = plan_way(cells, self.shapes, self.robot)
             drawn = self._near_way(drawn, operators, labels, way, rng)
         lifted = [obstacle for (obstacle, _), operator in zip(drawn, operators, strict=True) if operator.lifts]
         changed, genome = inside & ~np.isin(labels, lifted), None
         for (obstacle, name), operator in zip(drawn, operators, strict=True):
-            edit = Edit(changed, labels, obstacle, self.shapes, self.settings, tuple(self.families), self.robot, way)
+            edit = Edit(changed, labels, obstacle, self.shapes, self.settings, self.robot, tuple(self.families), way)
             changed, genome = _changed_by(name, operator, edit, rng), edit.genome
         mutated = cells.copy()
         interior(mutated, self.shapes.border)[:] = changed
@@ -164,11 +164,6 @@ class Mutator:
             (int(rng.choice(near)), name) if operator.informed and operator.lifts else (obstacle, name)
             for (obstacle, name), operator in zip(drawn, operators, strict=True)
         ]
-
-    @property
-    def _robot(self) -> RobotSpec:
-        assert self.robot is not None
-        return self.robot
 
 
 def _changed_by(name: str, operator: Operator, edit: Edit, rng: np.random.Generator) -> Cells:

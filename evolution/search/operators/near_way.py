@@ -21,11 +21,6 @@ BEFORE_ROBOT = 0.1
 MOST_CHANGES = 2
 
 
-def informed_operators() -> list[str]:
-    """Return the names of the operators that change a map near the path."""
-    return [name for name in OPERATORS.built_in if OPERATORS.get(name).informed]
-
-
 def change_near_way(
     scenario: Scenario, robot: RobotSpec, rng: np.random.Generator
 ) -> tuple[Scenario, tuple[str, ...]] | None:
@@ -37,8 +32,10 @@ def change_near_way(
         rng: Source of all randomness.
     """
     way = find_way(scenario.map, scenario.start, scenario.goal, robot)
-    names = informed_operators()
-    for _ in range(MAX_TRIES if way is not None else 0):
+    if way is None:
+        return None
+    names = [name for name in OPERATORS.built_in if OPERATORS.get(name).informed]
+    for _ in range(MAX_TRIES):
         count = int(rng.integers(1, MOST_CHANGES, endpoint=True))
         chosen = tuple(str(name) for name in rng.choice(names, size=count))
         grid = scenario.map.with_walls(_changed(scenario, way, robot, chosen, rng))
@@ -48,18 +45,13 @@ def change_near_way(
 
 
 def _changed(
-    scenario: Scenario,
-    way: NDArray[np.float64] | None,
-    robot: RobotSpec,
-    names: tuple[str, ...],
-    rng: np.random.Generator,
+    scenario: Scenario, way: NDArray[np.float64], robot: RobotSpec, names: tuple[str, ...], rng: np.random.Generator
 ) -> Cells:
     """Return a copy of the cells, changed by some operators."""
     grid = scenario.map
     kept = _kept(scenario, robot.circumscribed_radius + BEFORE_ROBOT)
     shapes = ShapeSettings(resolution=grid.resolution, border=0)
     cells = grid.occupancy & ~kept
-    assert way is not None
     local = way - np.array(grid.origin)
     for name in names:
         operator, (labels, _) = OPERATORS.get(name), label_obstacles(cells)
@@ -67,8 +59,8 @@ def _changed(
         obstacle = int(rng.choice(near))
         if operator.lifts and not obstacle:
             continue
-        edit = Edit(cells & ~(operator.lifts & (labels == obstacle)), labels, obstacle, shapes, EditSettings())
-        edit.way, edit.robot = local, robot
+        left = cells & ~(operator.lifts & (labels == obstacle))
+        edit = Edit(left, labels, obstacle, shapes, EditSettings(), robot, way=local)
         operator.change(edit, rng)
         cells = edit.cells
     return np.where(kept, grid.occupancy, cells)

@@ -9,7 +9,7 @@ from typing import Any
 
 from evolution.files import counted, differences
 from evolution.runs import RecordedExperiment
-from evolution.search import FITNESSES, EvolveSettings, short_names
+from evolution.search import EvolveSettings, short_names
 from evolution.studies.analysis.results import StudyResults, StudyRun
 from evolution.studies.settings import JUDGES
 
@@ -51,7 +51,7 @@ class Judge:
     def meaning(self) -> str:
         """Meaning of a fitness value, in words (thesis, Eq. 4.5)."""
         search, controllers = self.experiment.search, len(self.experiment.controllers)
-        pattern, judging = FITNESSES.get(search.judging.fitness), search.judging
+        pattern, judging = search.judging.pattern, search.judging
         drives = search.maps_per_set * controllers
         drive = counted(controllers, "controller drives", "controllers drive")
         once = f"{drive} {counted(search.maps_per_set, 'map')}"

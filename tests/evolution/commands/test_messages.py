@@ -19,8 +19,8 @@ from controllers.nav2_params import load_preset
 from evolution.cli import build_parser, main
 from evolution.commands import COMMANDS, COMMON, console, progress
 from evolution.commands.console import PACKAGES
-from evolution.commands.driving_options import note_errors
 from evolution.commands.progress import RunsPerSecond, SearchBar, WorkBar, best_in_words
+from evolution.commands.run_notes import note_errors
 from evolution.driving import ControllerSpec, DriveSettings, JobPlan, ResultStore, RunResult
 from evolution.files import Table
 from evolution.search import EvolveSettings

@@ -17,10 +17,6 @@ from tests.evolution.play.fake_runs import count, go_on, hang
 from tests.evolution.processes import PATIENCE, is_gone
 
 
-def always():
-    return True
-
-
 @contextmanager
 def under_way(track, function, jobs):
     """Let a batch be under way, which must be cancelled within the block."""
@@ -28,7 +24,7 @@ def under_way(track, function, jobs):
 
     def run():
         try:
-            track.run(function, jobs, always, lambda _job, _part: begun.set())
+            track.run(function, jobs, lambda _job, _part: begun.set())
         except CancelledError as error:
             errors.append(str(error))
 
@@ -63,23 +59,23 @@ def test_every_message_comes_before_the_result_however_slowly_it_is_read(track, 
         time.sleep(0.05)
         seen.append((job, part.first))
 
-    track.run(count, jobs, always, read, lambda job, _: seen.append((job, -1)))
+    track.run(count, jobs, read, lambda job, _: seen.append((job, -1)))
     for job in jobs:
         assert [number for one, number in seen if one is job] == [0, 1, 2, -1]
 
 
 def test_a_new_batch_ends_the_one_under_way(track, jobs):
     with under_way(track, go_on, jobs):
-        results = track.run(count, jobs, always)
+        results = track.run(count, jobs)
     assert [result.outcome for result in results] == ["goal"] * len(jobs)
 
 
 def test_a_cancelled_run_leaves_its_worker_alive(jobs, monkeypatch):
     monkeypatch.setattr("evolution.play.track.END_SECONDS", PATIENCE)
     track = Track(Resources(workers=1).evaluator(run_job, retries=0))
-    before = track.run(count, jobs, always)
+    before = track.run(count, jobs)
     with under_way(track, go_on, jobs):
-        after = track.run(count, jobs, always)
+        after = track.run(count, jobs)
     track.close()
     assert len({result.reason for result in (*before, *after)}) == 1
 
@@ -88,18 +84,18 @@ def test_a_run_that_does_not_end_is_killed(track, jobs):
     """Also where whoever asked for it waits for its end, and asks for nothing else before that."""
     with under_way(track, hang, jobs):
         track.cancel()
-    (result,) = track.run(count, jobs[:1], always)
+    (result,) = track.run(count, jobs[:1])
     assert result.success
 
 
 def test_a_batch_that_is_not_wanted_any_more_does_not_begin(track, jobs):
     with pytest.raises(CancelledError):
-        track.run(count, jobs, lambda: False)
+        track.run(count, jobs, wanted=lambda: False)
 
 
 def test_no_worker_is_left_when_a_track_is_closed(jobs):
     track = Track(Resources(workers=2).evaluator(run_job, retries=0))
-    workers = {int(result.reason) for result in track.run(count, jobs, always)}
+    workers = {int(result.reason) for result in track.run(count, jobs)}
     track.close()
     assert all(is_gone(worker) for worker in workers)
 

@@ -13,7 +13,8 @@ from evolution.benchmark import read_bench, score_rows, table_of_scores
 from evolution.cli import main
 from evolution.files import Table
 from evolution.report import write_benchmark_report
-from evolution.report.benchmark_page import maps_and_runs, page_table, split_reasons, verdict_of_benchmark
+from evolution.report.benchmark_page import maps_and_runs, split_reasons, verdict_of_benchmark
+from evolution.report.page import page_tables
 from gym_mapbench.errors import RunError
 from gym_mapbench.world.gridmap import GridMap
 from gym_mapbench.world.scenario import Pose, Scenario
@@ -116,7 +117,8 @@ def test_tables_of_the_page_are_for_readers():
 
 def test_what_has_no_value_is_a_dash_in_every_column():
     rows = [{"a": None, "b": 1.0, "c": "own", "d": ""}, {"a": None, "b": None, "c": None, "d": "x"}]
-    shown = page_table("t", Table(rows)).shown
+    (table,) = page_tables("t", Table(rows))
+    shown = table.shown
     assert [[text for _, text, _ in row] for row in shown] == [["-", "1", "own", ""], ["-", "-", "-", "x"]]
 
 

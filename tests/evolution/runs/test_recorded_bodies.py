@@ -1,20 +1,17 @@
 from __future__ import annotations
 
-import json
-
 import pytest
 
 from evolution.driving.evaluator import Evaluator
 from evolution.driving.store import ResultStore
 from evolution.runs import load_run, reached_maps
 from evolution.runs.directory import STORE, RunDir
-from evolution.runs.recorded_bodies import bodies_document, read_bodies
+from evolution.runs.loading import read_bodies
 from evolution.search import EvolveSettings, Experiment
 from evolution.search.loop import evolve
 from gym_mapbench.errors import RunError, UntrustedError
 from gym_mapbench.world.scenario import Scenario
 from tests.evolution.fake_runs import CONTROLLERS, SMALL, WORLD, drive
-from tests.worlds import line
 
 ROOMY = SMALL.replace(size=120)
 SEARCH = EvolveSettings(pop_size=6, evaluations=24, shapes=ROOMY, seed=5, people={"count": 2})
@@ -50,11 +47,6 @@ def test_the_same_seed_is_the_same_run_whatever_the_workers(tmp_path):
     search(tmp_path / "one")
     search(tmp_path / "two", workers=2)
     assert files_of(tmp_path / "one") == files_of(tmp_path / "two")
-
-
-def test_bodies_come_back_from_json():
-    bodies = {"a": (line((1, 1), (2, 1), 0.5),), "b": ()}
-    assert read_bodies(json.loads(json.dumps(bodies_document(bodies))), "file") == bodies
 
 
 @pytest.mark.parametrize("document", [{"a": 3}, {"a": [3]}, {"a": [{"motion": {"name": "lin"}}]}])

@@ -18,7 +18,7 @@ from evolution.search.operators import MapMutation, MapSampling, MutationSetting
 from evolution.search.sections import ValidationSettings
 from evolution.search.settings import EvolveSettings
 from evolution.search.validation_stage import validate
-from tests.evolution.fake_runs import CONTROLLERS, SMALL
+from tests.evolution.fake_runs import CONTROLLERS, SMALL, WAFFLE
 from tests.evolution.search.test_archive import Answers, archive_of, sets_of
 
 FITNESS = Fitness.of(JudgingSettings(aggregate="median"), 150.0)
@@ -169,7 +169,7 @@ def test_racing_keeps_to_the_budget():
 def mating_of(expectations, adaptive=True):
     """Offspring of an archive, of random shapes."""
     settings = MutationSettings(probability=1.0, maps="one", adaptive=adaptive)
-    mutation = MapMutation(Mutator(SMALL, settings), (lambda map_set, place: place) if adaptive else None)
+    mutation = MapMutation(Mutator(SMALL, settings, WAFFLE), (lambda map_set, place: place) if adaptive else None)
     return ArchiveMating(expectations, mutation, MapSampling(3, SMALL))
 
 

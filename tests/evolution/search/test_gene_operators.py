@@ -11,11 +11,10 @@ from evolution.search.operators.sampling import as_column, scenario_of, scenario
 from evolution.search.operators.settings import MutationSettings
 from gym_mapbench.errors import ConfigError
 from gym_mapbench.generator import FamilySpec, ShapeSettings, build_genome, draw_from, make_family
-from gym_mapbench.world.robot import make_robot
 from gym_mapbench.world.scenario import MapSet
+from tests.evolution.fake_runs import WAFFLE
 
 THESIS = ShapeSettings()
-WAFFLE = make_robot("turtlebot3_waffle")
 GATES = FamilySpec(name="gates", options={"count": [1, 4], "deviation": [0.05, 0.15]})
 SEEDS = range(40)
 
@@ -132,7 +131,7 @@ def sampled(rng, spec=GATES):
 
 def test_a_mutated_map_is_the_map_of_its_genome():
     rng = np.random.default_rng(1)
-    mutation = MapMutation(Mutator(THESIS, MutationSettings(probability=1.0, maps="one", drivable=True), (), WAFFLE))
+    mutation = MapMutation(Mutator(THESIS, MutationSettings(probability=1.0, maps="one", drivable=True), WAFFLE))
     sets = as_column([MapSet((sampled(rng), sampled(rng))) for _ in range(3)])
     for _ in range(5):
         before, sets = sets, mutation._do(None, sets, random_state=rng)
@@ -145,14 +144,14 @@ def test_a_mutated_map_is_the_map_of_its_genome():
 def test_cells_of_a_map_with_a_genome_stay_and_a_new_map_has_its_own_genome():
     rng = np.random.default_rng(2)
     none = {f"{name}_probability": 0.0 for name in ("move", "scale", "remove", "add")}
-    new = Mutator(THESIS, MutationSettings(**none, operators={"redraw": 1.0}), (GATES,), WAFFLE)
+    new = Mutator(THESIS, MutationSettings(**none, operators={"redraw": 1.0}), WAFFLE, (GATES,))
     scenario, names = new.vary(sampled(rng, FamilySpec(name="baffles")), rng)
     assert names == ("redraw",)
     assert scenario.genome.family == "gates"
     mixed = MutationSettings(**{**none, "move_probability": 0.8}, operators={"redraw": 0.2}, genes={"operators": ONE})
-    assert Mutator(THESIS, mixed).probabilities(scenario) == {"redraw": 0.2, "step_shared": 0.8}
+    assert Mutator(THESIS, mixed, WAFFLE).probabilities(scenario) == {"redraw": 0.2, "step_shared": 0.8}
     plain = scenario_on(scenario.map.occupancy, THESIS)
-    assert Mutator(THESIS, mixed).probabilities(plain)["move"] == 0.8
+    assert Mutator(THESIS, mixed, WAFFLE).probabilities(plain)["move"] == 0.8
     assert plain == scenario
     assert plain.digest == scenario.digest
 

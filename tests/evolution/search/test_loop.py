@@ -243,18 +243,6 @@ def test_random_search_samples_anew():
     assert result.best.judgement.fitness == min(row["fitness"] for row in result.record.individuals)
 
 
-def test_maps_and_fitness_can_be_the_callers():
-    def one_wall(rng, shapes):
-        cells = sample_map(rng, shapes.replace(n_obstacles=(0, 0)))
-        cells[10:20, int(rng.integers(8, 22))] = True
-        return cells
-
-    with Evaluator(drive, executor=IN_PROCESS) as evaluator:
-        search = with_search(evaluations=8, maps_per_set=2)
-        result = evolve(search, evaluator, draw_map=one_wall)
-    assert all(one.map.occupancy[15].sum() == 3 for found in result.population for one in found.map_set)
-
-
 def test_workers_start_before_the_first_maps_are_drawn(monkeypatch):
     started = []
     monkeypatch.setattr(Evaluator, "get_ready", lambda _: started.append(True))
@@ -263,8 +251,9 @@ def test_workers_start_before_the_first_maps_are_drawn(monkeypatch):
         assert started == [True]
         return sample_map(rng, shapes)
 
+    monkeypatch.setattr("evolution.search.experiment.sample_map", drawn)
     with Evaluator(drive, executor=IN_PROCESS) as evaluator:
-        evolve(with_search(evaluations=8), evaluator, draw_map=drawn)
+        evolve(with_search(evaluations=8), evaluator)
 
 
 def test_a_search_draws_of_its_families(tmp_path):

@@ -12,17 +12,16 @@ from evolution.search.operators.sampling import MapSampling, as_column, scenario
 from evolution.search.operators.settings import MutationSettings
 from gym_mapbench.errors import ConfigError
 from gym_mapbench.generator import ShapeSettings, interior, is_drivable, plan_way, sample_map
-from gym_mapbench.world.robot import make_robot
+from tests.evolution.fake_runs import WAFFLE
 
 THESIS = ShapeSettings()
-WAFFLE = make_robot("turtlebot3_waffle")
 NONE = {f"{name}_probability": 0.0 for name in ("move", "scale", "remove", "add")}
 
 
 def mutator(name, **options):
     """A mutator that does one thing to one obstacle."""
     settings = MutationSettings(**NONE, operators={name: 1.0}, shapes_per_map=(1, 1), maps="one", **options)
-    return Mutator(THESIS, settings, (), WAFFLE)
+    return Mutator(THESIS, settings, WAFFLE)
 
 
 def vary(mutates, cells, rng):
@@ -116,7 +115,7 @@ def test_one_map_of_a_set_is_mutated_and_the_trial_is_noted():
     rng = np.random.default_rng(0)
     before = MapSampling(3, THESIS).draw_set(rng)
     settings = MutationSettings(probability=1.0, maps="one", adaptive=True)
-    mutation = MapMutation(Mutator(THESIS, settings, (), WAFFLE), role_of=lambda map_set, place: 2 - place)
+    mutation = MapMutation(Mutator(THESIS, settings, WAFFLE), role_of=lambda map_set, place: 2 - place)
     (after,) = mutation._do(None, as_column([before]), random_state=rng)[0]
     changed = [place for place in range(3) if before[place].map.digest != after[place].map.digest]
     assert len(changed) == 1

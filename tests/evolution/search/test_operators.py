@@ -19,7 +19,7 @@ from evolution.search.operators.settings import MutationSettings
 from gym_mapbench.errors import ConfigError, PluginError
 from gym_mapbench.generator import FamilySpec, ShapeSettings, clear_and_border, sample_map
 from gym_mapbench.world.scenario import MapSet, Scenario
-from tests.evolution.fake_runs import SMALL
+from tests.evolution.fake_runs import SMALL, WAFFLE
 
 seeds = st.integers(0, 2**32 - 1)
 THESIS = ShapeSettings()
@@ -42,11 +42,11 @@ def inner(cells):
 
 def edit_of(cells, labels, **options):
     """An edit of obstacle 1."""
-    return Edit(cells, labels, 1, THESIS, MutationSettings(**options))
+    return Edit(cells, labels, 1, THESIS, MutationSettings(**options), WAFFLE)
 
 
 def mutate_map(cells, shapes, options, rng, families=()):
-    return Mutator(shapes, options, families).vary(scenario_on(cells, shapes), rng)[0].map.occupancy
+    return Mutator(shapes, options, WAFFLE, families).vary(scenario_on(cells, shapes), rng)[0].map.occupancy
 
 
 @given(seeds, seeds, st.sampled_from([SMALL, THESIS.replace(n_obstacles=(15, 20))]))
@@ -98,7 +98,8 @@ def test_what_is_added_is_a_piece_of_a_family():
     column = as_column([MapSampling(2, THESIS).draw_set(rng)])
     settings = ONLY["add"].replace(probability=1.0)
     pairs = [
-        MapMutation(Mutator(THESIS, settings, families))._do(None, column, random_state=rng)[0, 0] for _ in range(2)
+        MapMutation(Mutator(THESIS, settings, WAFFLE, families))._do(None, column, random_state=rng)[0, 0]
+        for _ in range(2)
     ]
     assert pairs[0].digest != pairs[1].digest
 
@@ -206,7 +207,7 @@ def test_pymoo_operators_work_on_object_columns():
 def test_individuals_are_mutated_with_p_m(probability):
     sets = small_sets(60)
     population = Population.new("X", as_column(sets))
-    mutation = MapMutation(Mutator(SMALL, MutationSettings(probability=probability)))
+    mutation = MapMutation(Mutator(SMALL, MutationSettings(probability=probability), WAFFLE))
     mutated = mutation.do(OneVariable(), population, random_state=np.random.default_rng(0))
     changed = [after.X[0] is not before for after, before in zip(mutated, sets, strict=True)]
     assert np.mean(changed) == pytest.approx(probability, abs=0.15)

@@ -77,7 +77,7 @@ def test_every_operator_changes_what_it_is_named_after(name):
 def test_people_who_no_longer_fit_between_changed_walls_are_sampled_again(seed):
     none = PeopleSettings(count=4, mutation=0.0)
     scenario, rng = sampled(seed), np.random.default_rng(seed)
-    varied, _ = Mutator(SMALL, MutationSettings(probability=1.0), people=none).vary(scenario, rng)
+    varied, _ = Mutator(SMALL, MutationSettings(probability=1.0), WAFFLE, people=none).vary(scenario, rng)
     assert varied.map != scenario.map or varied.bodies == scenario.bodies
     assert 1 <= len(varied.bodies) <= 4
     check_clearance(varied, WAFFLE)

@@ -15,13 +15,11 @@ from evolution.search.judging import Fitness, JudgingSettings
 from evolution.search.operators import MapMutation, MapSampling, MutationSettings, Mutator
 from evolution.search.surrogate import Surrogate, point_of
 from gym_mapbench.generator import FamilySpec, ShapeSettings, draw_from
-from gym_mapbench.world.robot import make_robot
 from gym_mapbench.world.scenario import MapSet
-from tests.evolution.fake_runs import SMALL
+from tests.evolution.fake_runs import SMALL, WAFFLE
 from tests.evolution.search.test_archive import Answers, archive_of, sets_of
 
 FITNESS = Fitness.of(JudgingSettings(aggregate="median"), 150.0)
-WAFFLE = make_robot("turtlebot3_waffle")
 SHAPES = ShapeSettings()
 
 
@@ -187,7 +185,7 @@ def test_maps_of_other_families_routes_and_motifs_are_of_other_kinds():
 
 
 def mating_of(expectations):
-    mutation = MapMutation(Mutator(SHAPES, MutationSettings(probability=1.0, maps="one")))
+    mutation = MapMutation(Mutator(SHAPES, MutationSettings(probability=1.0, maps="one"), WAFFLE))
     return ArchiveMating(expectations, mutation, MapSampling(3, SHAPES, DRAW))
 
 
@@ -197,7 +195,9 @@ def test_without_motifs_one_candidate_is_made_for_each_new_map():
     expectations = Expectations(archive, lambda: FITNESS, 3, Surrogate())
     expectations.update()
     mating = ArchiveMating(
-        expectations, MapMutation(Mutator(SMALL, MutationSettings(probability=1.0, maps="one"))), MapSampling(3, SMALL)
+        expectations,
+        MapMutation(Mutator(SMALL, MutationSettings(probability=1.0, maps="one"), WAFFLE)),
+        MapSampling(3, SMALL),
     )
     with mock.patch.object(expectations, "most_promising", wraps=expectations.most_promising) as chosen:
         mating.do(None, None, 10, random_state=np.random.default_rng(0))

@@ -23,8 +23,8 @@ from evolution.runs.loading import load_run
 from evolution.runs.results import validation_sentence
 from evolution.search import JudgingSettings
 from evolution.studies import StudySettings, load_definition, load_results, load_study, run_study, study_names
-from evolution.studies.baselines.path_length import PathLengthFitness
 from evolution.studies.directory import STUDY
+from evolution.studies.path_length import PathLengthFitness
 from evolution.studies.running import _Meter, work_of
 from evolution.studies.settings import MAX_SEED
 from evolution.studies.tasks import _complete, check_study

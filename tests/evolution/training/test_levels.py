@@ -6,10 +6,9 @@ import numpy as np
 import pytest
 
 from evolution.training.levels import GivenLevels, RandomLevels, ReplayedLevels, is_split, split
-from evolution.training.settings import ReplaySettings, Stage
+from evolution.training.settings import ReplaySettings, Stage, TrainSettings
 from gym_mapbench.env.config import EnvConfig
 from gym_mapbench.env.scenario_source import draw_scenario
-from gym_mapbench.generator import PeopleSettings
 from gym_mapbench.world.gridmap import GridMap
 from gym_mapbench.world.scenario import Pose, Scenario
 
@@ -32,15 +31,19 @@ def replayed(count=3, fresh=(), **settings):
     return ReplayedLevels(options, GivenLevels(fresh or [level(50)], rng()), [level(i) for i in range(count)], rng(1))
 
 
+def random_levels(*stages, seed=0, **settings):
+    options = {"anywhere": 0.0, "reuse": 1.0, **settings}
+    return RandomLevels(TrainSettings(algorithm="ppo", steps=1, world=WORLD, obstacles=stages, **options), rng(seed))
+
+
 def test_the_number_of_obstacles_follows_the_stages():
     stages = (Stage(after=0.0, fewest=0, most=10), Stage(after=0.5, fewest=10, most=20))
-    levels = RandomLevels(WORLD, stages, 0.0, 6.0, rng())
+    levels = random_levels(*stages)
     assert [levels.obstacles(share) for share in (0.0, 0.25, 0.5, 1.0)] == [(0, 10), (5, 15), (10, 20), (10, 20)]
 
 
 def test_random_maps_are_new_at_first_and_then_used_again():
-    stages = (Stage(after=0.0, fewest=2, most=4),)
-    levels = RandomLevels(WORLD, stages, 0.0, 5.0, rng())
+    levels = random_levels(Stage(after=0.0, fewest=2, most=4), reuse=5.0)
     digests = [levels.next(0.0).digest for _ in range(600)]
     assert len(set(digests[:200])) == 200
     assert len(set(digests)) == pytest.approx(280, abs=40)
@@ -48,7 +51,7 @@ def test_random_maps_are_new_at_first_and_then_used_again():
 
 def test_tasks_are_anywhere_as_often_as_told():
     stages = (Stage(after=0.0, fewest=2, most=4),)
-    starts = [RandomLevels(WORLD, stages, 0.5, 1.0, rng(seed)).next(0.0).start for seed in range(60)]
+    starts = [random_levels(*stages, seed=seed, anywhere=0.5).next(0.0).start for seed in range(60)]
     usual = sum(start == starts[0] for start in starts) or sum(start == starts[1] for start in starts)
     assert 15 < max(usual, len(starts) - len(set(starts))) < 45
 
@@ -62,14 +65,12 @@ def test_a_map_that_is_given_twice_is_not_on_both_sides():
 
 
 def test_people_are_on_random_maps_up_to_their_number():
-    stages = (Stage(after=0.0, fewest=0, most=2),)
-    levels = RandomLevels(WORLD, stages, 0.0, 1.0, rng(), PeopleSettings(count=3))
+    levels = random_levels(Stage(after=0.0, fewest=0, most=2), people={"count": 3})
     assert {len(levels.next(0.0).bodies) for _ in range(30)} == {0, 1, 2, 3}
 
 
 def test_without_people_no_randomness_is_used_for_them():
-    stages = (Stage(after=0.0, fewest=2, most=4),)
-    levels = RandomLevels(WORLD, stages, 0.0, 1.0, rng())
+    levels = random_levels(Stage(after=0.0, fewest=2, most=4))
     world = WORLD.replace(shapes=WORLD.shapes.replace(n_obstacles=(2, 4)))
     source = rng()
     for _ in range(3):
@@ -80,7 +81,7 @@ def test_without_people_no_randomness_is_used_for_them():
 def test_a_task_without_the_path_that_is_observed_is_not_taken(monkeypatch):
     stages = (Stage(after=0.0, fewest=2, most=4),)
     monkeypatch.setattr("evolution.training.levels.is_planned", lambda world, scenario: False)
-    starts = {RandomLevels(WORLD, stages, 1.0, 1.0, rng(seed)).next(0.0).start for seed in range(5)}
+    starts = {random_levels(*stages, seed=seed, anywhere=1.0).next(0.0).start for seed in range(5)}
     assert len(starts) == 1
 
 
@@ -126,5 +127,5 @@ def test_random_maps_are_mixed_in_and_kept_where_there_is_room():
 
 def test_the_same_seed_gives_the_same_levels():
     stages = (Stage(after=0.0, fewest=5, most=9),)
-    one, two = (RandomLevels(WORLD, stages, 0.5, 2.0, rng(7)) for _ in range(2))
+    one, two = (random_levels(*stages, seed=7, anywhere=0.5, reuse=2.0) for _ in range(2))
     assert [one.next(0.1).digest for _ in range(20)] == [two.next(0.1).digest for _ in range(20)]

@@ -224,7 +224,7 @@ class Refusing:
         return getattr(self.plan, name)
 
     def jobs_with(self, values):
-        if values is not None and values["lookahead_dist"] > 0.7:
+        if values["lookahead_dist"] > 0.7:
             raise ConfigError("too far")
         return self.plan.jobs_with(values)
 

@@ -1,1 +1,0 @@
-"""Baselines of a search: a fitness of planned paths, without runs."""
