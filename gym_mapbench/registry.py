@@ -15,6 +15,7 @@ from __future__ import annotations
 
 import importlib
 import inspect
+import logging
 import os
 import sys
 import sysconfig
@@ -25,11 +26,13 @@ from importlib.metadata import entry_points
 from pathlib import Path
 from typing import Any, Generic, TypeVar
 
-from gym_mapbench.errors import ConfigError, MapBenchError, PluginError, nearest_name, unknown_name
+from gym_mapbench.errors import ConfigError, MapBenchError, PluginError, nearest_name, unknown_name, visible
 from gym_mapbench.trust import MODULE_ATTRIBUTE, about_to_run
 
 T = TypeVar("T")
 
+LOG = logging.getLogger(__name__)
+"""Gets the traceback of every error of a third party's code, at level ``INFO``."""
 ROOMS = (Path(__file__).parents[1] / name for name in ("gym_mapbench", "controllers", "evolution"))
 LIBRARIES = (*(f"{room}{os.sep}" for room in ROOMS), *(sysconfig.get_path(kind) for kind in ("stdlib", "purelib")))
 """Beginnings of the file names of code that a third party calls."""
@@ -278,7 +281,11 @@ def type_and_text(error: BaseException) -> str:
 
 
 def describe(error: BaseException) -> str:
-    """Say type, text and place of an error in one line: the last place outside this project and installed packages."""
+    """Say type, text and place of an error in one line: the last place outside this project and installed packages.
+
+    The log gets the traceback, as the author of the code needs it.
+    """
+    LOG.info("%s", visible("".join(traceback.format_exception(error)).rstrip(), "\n"))
     text = type_and_text(error)
     frames = [frame for frame in traceback.extract_tb(error.__traceback__) if not _is_machinery(frame.filename)]
     own = [frame for frame in frames if not frame.filename.startswith(LIBRARIES)]

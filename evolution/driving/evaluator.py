@@ -31,6 +31,7 @@ from evolution.driving.pool import (
     error_result,
     one_line,
     prepare_worker,
+    shows_tracebacks,
 )
 from evolution.driving.store import ResultStore
 from gym_mapbench.errors import ConfigError, PluginError, RunError
@@ -243,7 +244,7 @@ class Evaluator:
     def _running(self) -> Executor:
         if self._executor is None:
             with EXECUTORS.blamed(self.executor):
-                prepare = partial(prepare_worker, self.warm_up)
+                prepare = partial(prepare_worker, self.warm_up, shows_tracebacks())
                 made = self._make(WorkerSetup(self.workers, self.timeout_s, prepare, self.scheduler))
             if not hasattr(made, "submit") or not hasattr(made, "shutdown"):
                 raise PluginError(f"executor {self.executor!r}: expected an Executor, got {made!r:.80}")
