@@ -59,9 +59,10 @@ def positive_number(name: str, value: Any) -> float:
     Raises:
         ConfigError: If it is something else, such as a bool.
     """
-    if isinstance(value, bool) or not isinstance(value, Real) or not 0 < value < math.inf:
+    number = float(value) if isinstance(value, Real) and not isinstance(value, bool) else math.nan
+    if not 0 < number < math.inf:
         raise _unexpected(name, "a finite number above 0", value)
-    return float(value)
+    return number
 
 
 def refuse_beside_resume(given: Mapping[str, object]) -> None:
