@@ -38,6 +38,8 @@ LIBRARIES = (*(f"{room}{os.sep}" for room in ROOMS), *(sysconfig.get_path(kind) 
 """Beginnings of the file names of code that a third party calls."""
 BY_NAME = (inspect.Parameter.POSITIONAL_OR_KEYWORD, inspect.Parameter.KEYWORD_ONLY)
 """Kinds of parameters that are given by keyword."""
+MAIN = "__main__:"
+"""Beginning of the name of what a script or notebook defines."""
 UNBLAMED = nullcontext()
 """Where the entry is the project's own."""
 
@@ -111,8 +113,10 @@ class Registry(Generic[T]):
             What was registered, as it came.
 
         Raises:
-            ConfigError: If the project itself has an entry of this name, or the entry cannot be one.
+            ConfigError: If the name is no text, the project itself has an entry of it, or the entry cannot be one.
         """
+        if not isinstance(name, str):
+            raise ConfigError(f"{self.what}: expected register(NAME, ENTRY) or @register(NAME), got {name!r:.80}")
         if entry is None:
             return lambda decorated: self.register(name, decorated)
         if name in self.built_in or ":" in name:
@@ -124,11 +128,13 @@ class Registry(Generic[T]):
         """Return a name that worker processes will have to find.
 
         Raises:
-            ConfigError: If it was registered in this process, of which workers know nothing.
+            ConfigError: If it was registered, or is defined in the script or notebook, of which workers know nothing.
         """
-        if name in self._entries and name not in self.built_in:
+        registered = name in self._entries and name not in self.built_in
+        if registered or name.startswith(MAIN):
+            known = "registered in this process" if registered else "defined in this script or notebook"
             raise ConfigError(
-                f"{self.what} {name!r}: is registered in this process alone; for worker processes name it "
+                f"{self.what} {name!r}: is {known} alone; for worker processes write it into a file and name it "
                 "module:attribute, or give it an entry point"
             )
         return name

@@ -169,10 +169,17 @@ class Evaluator:
             executor.get_ready()
 
     def close(self) -> None:
-        """Stop all workers at once; those of an executor other than ``processes`` finish their job first."""
-        if self._executor is not None:
-            self._executor.shutdown(wait=False, cancel_futures=True)
-            self._executor = None
+        """Stop all workers at once; those of an executor other than ``processes`` finish their job first.
+
+        A third party's executor that fails to stop costs no result, but a warning.
+        """
+        executor, self._executor = self._executor, None
+        if executor is not None:
+            try:
+                with EXECUTORS.blamed(self.executor):
+                    executor.shutdown(wait=False, cancel_futures=True)
+            except PluginError as error:
+                LOG.warning("%s", error)
 
     def __enter__(self) -> Self:
         return self
