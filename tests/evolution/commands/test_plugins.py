@@ -76,6 +76,18 @@ def test_verbose_shows_the_traceback_in_this_process(controllers, capsys):
     assert 'failing_controllers.py", line 14, in act\n    raise RuntimeError("no luck")' in said
 
 
+def test_a_mended_controller_costs_a_benchmark_its_own_runs_only(controllers, capsys):
+    argv = ["bench", OFFICE, "--controllers", f"rpp,mine={controllers}:Raises", "--time-limit", "1", "--workers", "1"]
+    assert main([*argv, "--out", "kept"]) == 0
+    assert "1 of 2 runs ended in an error" in capsys.readouterr().err
+    Path("failing_controllers.py").write_text(CONTROLLERS.replace('raise RuntimeError("no luck")', "return 0.1, 0.0"))
+    assert main([*argv, "--out", "kept", "--resume", "--verbose"]) == 0
+    said = capsys.readouterr().err
+    assert "kept: the code of failing_controllers has changed: its runs" in said
+    assert "2 runs, of which 1 are to be driven" in said
+    assert "ended in an error" not in said.replace("that ended in an error, are repeated", "")
+
+
 @pytest.mark.parametrize("verbose", [False, True])
 def test_verbose_shows_the_traceback_of_a_worker(verbose, controllers):
     argv = ["bench", OFFICE, "--controllers", f"{controllers}:Raises", "--time-limit", "1", "--workers", "1"]
