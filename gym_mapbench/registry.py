@@ -281,8 +281,11 @@ def required_keywords(function: Callable[..., Any]) -> frozenset[str]:
 
 
 def type_and_text(error: BaseException) -> str:
-    """Return type and text of an error in one line; the type alone if it has no text."""
-    text = " ".join(str(error).split())
+    """Return type and text of an error in one line; the type alone if it has no text, or fails to give it."""
+    try:
+        text = " ".join(str(error).split())
+    except Exception:
+        text = ""
     return f"{type(error).__name__}: {text}" if text else type(error).__name__
 
 

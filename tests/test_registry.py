@@ -126,6 +126,18 @@ def test_a_decorator_without_a_name_is_refused(numbers):
             """Count nothing."""
 
 
+def test_an_error_that_cannot_say_what_it_is_costs_its_text_alone(numbers, caplog):
+    class Mute(Exception):
+        def __str__(self):
+            raise ValueError
+
+    numbers.register("three", 3)
+    caplog.set_level("INFO")
+    with pytest.raises(PluginError, match=r"^number 'three': Mute, test_registry.py line"), numbers.blamed("three"):
+        raise Mute
+    assert "Traceback (most recent call last)" in caplog.text
+
+
 def test_blame_is_for_third_parties_only(numbers):
     numbers.register("three", 3)
     said = pytest.raises(PluginError, match=r"^number 'three': ValueError: .*, test_registry.py line \d+$")
