@@ -58,11 +58,17 @@ def relative_cost(name: str, navigation: NavigationParams) -> float:
     Returns:
         The cost that the controller's description or a third party's attribute ``relative_cost`` states; infinite where
         neither does, as for models.
+
+    Raises:
+        ConfigError: If a third party's attribute is no number.
     """
     kind = navigation.controllers[name].kind if name in navigation.controllers else name
     if kind in plugins.CONTROLLERS:
         return plugins.CONTROLLERS[kind].relative_cost
-    return math.inf if kind.endswith(".zip") else float(getattr(CONTROLLERS.get(kind), "relative_cost", math.inf))
+    cost = math.inf if kind.endswith(".zip") else getattr(CONTROLLERS.get(kind), "relative_cost", math.inf)
+    if not isinstance(cost, int | float):
+        raise ConfigError(f"controller {kind!r}: expected relative_cost as a number, got {cost!r:.80}")
+    return float(cost)
 
 
 def make_controller(
@@ -136,7 +142,7 @@ def _make_third_party(
         )
     with CONTROLLERS.blamed(name):
         made = make(**given, **params)
-    missing = [part for part in ("observation_keys", "reset", "act") if not hasattr(made, part)]
+        missing = [part for part in ("observation_keys", "reset", "act") if not hasattr(made, part)]
     if missing:
         got = f"a {type(made).__name__}{_hint(made)}"
         raise ConfigError(f"controller {name!r}: expected one with {missing[0]!r}, got {got}")

@@ -6,6 +6,7 @@ import math
 import operator
 import os
 from collections.abc import Iterable, Mapping
+from numbers import Real
 from pathlib import Path
 from typing import Any, TypeVar
 
@@ -49,6 +50,18 @@ def whole_number(name: str, value: Any, least: int, most: float = math.inf) -> i
     if number is None or not least <= number <= most:
         ends = f"{least} or greater" if most == math.inf else f"{least} to {most}"
         raise _unexpected(name, f"a whole number, {ends}", value)
+    return number
+
+
+def positive_number(name: str, value: Any) -> float:
+    """Return a finite number above 0, of Python or of numpy.
+
+    Raises:
+        ConfigError: If it is something else, such as a bool.
+    """
+    number = float(value) if isinstance(value, Real) and not isinstance(value, bool) else math.nan
+    if not 0 < number < math.inf:
+        raise _unexpected(name, "a finite number above 0", value)
     return number
 
 

@@ -169,7 +169,11 @@ def _run(given: Sequence[str]) -> int:
     if given and given[0].startswith("-") and given[0] not in OWN_OPTIONS:
         parser.error(f"{given[0]}: expected COMMAND first, as in mapbench bench {given[0]}")
     args = parser.parse_args(given, argparse.Namespace(given=tuple(given), **COMMON))
-    from gym_mapbench.errors import MapBenchError, visible  # after the help, which does not wait for gymnasium
+    from gym_mapbench.errors import (
+        ArgumentError,
+        MapBenchError,
+        visible,
+    )  # after the help, which does not wait for gymnasium
     from gym_mapbench.trust import allow_code, only_code_named_in
 
     set_messages(quiet=args.quiet, verbose=args.verbose)
@@ -177,7 +181,8 @@ def _run(given: Sequence[str]) -> int:
         with allow_code(args.allow_code), only_code_named_in(given):
             code: int = args.run(args)
     except MapBenchError as error:
-        complain(f"mapbench {args.command}: {error}")
+        said = error.of_option() if isinstance(error, ArgumentError) else error
+        complain(f"mapbench {args.command}: {said}")
         return USAGE_ERROR
     except KeyboardInterrupt:
         complain(f"mapbench {args.command}: interrupted; what was finished is kept")

@@ -35,7 +35,7 @@ from evolution.tuning import (
     writable_space,
 )
 from gym_mapbench.env.config import EnvConfig
-from gym_mapbench.errors import ConfigError, unknown_name
+from gym_mapbench.errors import ArgumentError, ConfigError, unknown_name
 from gym_mapbench.mapio import PoseLike, files_beside, load_scenarios
 from gym_mapbench.world.scenario import MapSet, Scenario
 
@@ -150,9 +150,10 @@ def chosen(scenarios: Sequence[Scenario], name: str | None) -> Scenario:
     """
     names = [one.name for one in scenarios]
     if name is None and len(names) > 1:
-        raise ConfigError(f"--map: expected the name of one of {len(names)} maps: {', '.join(names[:5])}")
+        got = f"{len(names)} maps: {', '.join(names[:5])}"
+        raise ArgumentError("map_name", f"expected the name of one of {got}", "map")
     if name is not None and name not in names:
-        raise ConfigError(f"--map: {unknown_name('map', name, names)}")
+        raise ArgumentError("map_name", str(unknown_name("map", name, names)), "map")
     return scenarios[0 if name is None else names.index(name)]
 
 

@@ -4,6 +4,7 @@
 
     MapBenchError                  everything a caller may want to catch; its text is one clear line
     |-- ConfigError (ValueError)   a key, a value or a combination of options
+    |   |-- ArgumentError          an argument of a function, which an option of a command gives
     |   `-- UntrustedError         code that a file names and the user does not
     |-- MapFormatError (ValueError)    a file that is not in the format that its name states
     |-- PlanningError              a global planner could not answer
@@ -52,6 +53,25 @@ def visible(text: str, but: str = "") -> str:
 
 class ConfigError(MapBenchError, ValueError):
     """A key, a value, or a combination of options that cannot be used."""
+
+
+class ArgumentError(ConfigError):
+    """A problem with an argument of a function that an option of a command gives as well.
+
+    Args:
+        argument: Name of the argument.
+        problem: What was expected, and what came.
+        option: Name of the option without ``--``; as the argument if empty.
+    """
+
+    def __init__(self, argument: str, problem: str, option: str = "") -> None:
+        super().__init__(f"{argument}: {problem}")
+        self._option = option or argument
+        self._problem = problem
+
+    def of_option(self) -> ConfigError:
+        """Return the error as a user of the command knows it, with the name of the option."""
+        return ConfigError(f"--{self._option}: {self._problem}")
 
 
 class UntrustedError(ConfigError):

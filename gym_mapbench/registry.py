@@ -15,6 +15,7 @@ from __future__ import annotations
 
 import importlib
 import inspect
+import logging
 import os
 import sys
 import sysconfig
@@ -25,16 +26,20 @@ from importlib.metadata import entry_points
 from pathlib import Path
 from typing import Any, Generic, TypeVar
 
-from gym_mapbench.errors import ConfigError, MapBenchError, PluginError, nearest_name, unknown_name
+from gym_mapbench.errors import ConfigError, MapBenchError, PluginError, nearest_name, unknown_name, visible
 from gym_mapbench.trust import MODULE_ATTRIBUTE, about_to_run
 
 T = TypeVar("T")
 
+LOG = logging.getLogger(__name__)
+"""Gets the traceback of every error of a third party's code, at level ``INFO``."""
 ROOMS = (Path(__file__).parents[1] / name for name in ("gym_mapbench", "controllers", "evolution"))
 LIBRARIES = (*(f"{room}{os.sep}" for room in ROOMS), *(sysconfig.get_path(kind) for kind in ("stdlib", "purelib")))
 """Beginnings of the file names of code that a third party calls."""
 BY_NAME = (inspect.Parameter.POSITIONAL_OR_KEYWORD, inspect.Parameter.KEYWORD_ONLY)
 """Kinds of parameters that are given by keyword."""
+MAIN = "__main__:"
+"""Beginning of the name of what a script or notebook defines."""
 UNBLAMED = nullcontext()
 """Where the entry is the project's own."""
 
@@ -108,8 +113,10 @@ class Registry(Generic[T]):
             What was registered, as it came.
 
         Raises:
-            ConfigError: If the project itself has an entry of this name, or the entry cannot be one.
+            ConfigError: If the name is no text, the project itself has an entry of it, or the entry cannot be one.
         """
+        if not isinstance(name, str):
+            raise ConfigError(f"{self.what}: expected register(NAME, ENTRY) or @register(NAME), got {name!r:.80}")
         if entry is None:
             return lambda decorated: self.register(name, decorated)
         if name in self.built_in or ":" in name:
@@ -121,11 +128,13 @@ class Registry(Generic[T]):
         """Return a name that worker processes will have to find.
 
         Raises:
-            ConfigError: If it was registered in this process, of which workers know nothing.
+            ConfigError: If it was registered, or is defined in the script or notebook, of which workers know nothing.
         """
-        if name in self._entries and name not in self.built_in:
+        registered = name in self._entries and name not in self.built_in
+        if registered or name.startswith(MAIN):
+            known = "registered in this process" if registered else "defined in this script or notebook"
             raise ConfigError(
-                f"{self.what} {name!r}: is registered in this process alone; for worker processes name it "
+                f"{self.what} {name!r}: is {known} alone; for worker processes write it into a file and name it "
                 "module:attribute, or give it an entry point"
             )
         return name
@@ -272,13 +281,20 @@ def required_keywords(function: Callable[..., Any]) -> frozenset[str]:
 
 
 def type_and_text(error: BaseException) -> str:
-    """Return type and text of an error in one line; the type alone if it has no text."""
-    text = " ".join(str(error).split())
+    """Return type and text of an error in one line; the type alone if it has no text, or fails to give it."""
+    try:
+        text = " ".join(str(error).split())
+    except Exception:
+        text = ""
     return f"{type(error).__name__}: {text}" if text else type(error).__name__
 
 
 def describe(error: BaseException) -> str:
-    """Say type, text and place of an error in one line: the last place outside this project and installed packages."""
+    """Say type, text and place of an error in one line: the last place outside this project and installed packages.
+
+    The log gets the traceback, as the author of the code needs it.
+    """
+    LOG.info("%s", visible("".join(traceback.format_exception(error)).rstrip(), "\n"))
     text = type_and_text(error)
     frames = [frame for frame in traceback.extract_tb(error.__traceback__) if not _is_machinery(frame.filename)]
     own = [frame for frame in frames if not frame.filename.startswith(LIBRARIES)]

@@ -114,6 +114,28 @@ def test_what_workers_cannot_know_is_refused_before(numbers):
         assert numbers.for_workers(name) == name
     with pytest.raises(ConfigError, match=r"number 'three': is registered in this process alone; .* module:attribute"):
         numbers.for_workers("three")
+    with pytest.raises(ConfigError, match=r"number '__main__:three': is defined in this script or notebook alone; .*"):
+        numbers.for_workers("__main__:three")
+
+
+def test_a_decorator_without_a_name_is_refused(numbers):
+    with pytest.raises(ConfigError, match=r"^number: expected register\(NAME, ENTRY\) or @register\(NAME\), got <f"):
+
+        @numbers.register
+        def mine():
+            """Count nothing."""
+
+
+def test_an_error_that_cannot_say_what_it_is_costs_its_text_alone(numbers, caplog):
+    class Mute(Exception):
+        def __str__(self):
+            raise ValueError
+
+    numbers.register("three", 3)
+    caplog.set_level("INFO")
+    with pytest.raises(PluginError, match=r"^number 'three': Mute, test_registry.py line"), numbers.blamed("three"):
+        raise Mute
+    assert "Traceback (most recent call last)" in caplog.text
 
 
 def test_blame_is_for_third_parties_only(numbers):

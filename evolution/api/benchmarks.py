@@ -9,7 +9,7 @@ from pathlib import Path
 from typing import Any
 
 from controllers.nav2_params import Nav2Params
-from evolution.arguments import instance_of, names_from, path_from
+from evolution.arguments import instance_of, names_from, path_from, positive_number
 from evolution.benchmark import (
     BENCHMARK,
     RULED,
@@ -274,7 +274,7 @@ def minimize(
         MapFormatError: If the file is no map.
         RunError: If no worker starts, or nothing can be written.
     """
-    path = path_from("out", out)
+    path, largest = path_from("out", out), positive_number("tolerance", tolerance)
     resources, environment = instance_of(Resources, "resources", resources).taking(options)
     items = items_of(maps)
     run = run_of(items)
@@ -282,7 +282,7 @@ def minimize(
     world = settings or world_from(None, None, environment, run)
     scenario = chosen(load_all(items, start, goal), map_name)
     specs = specs_of(own_controllers(None, run) if controllers is None else controllers)
-    verdict = read_verdict(instance_of(str, "keep", keep), [one.name for one in specs], tolerance)
+    verdict = read_verdict(instance_of(str, "keep", keep), [one.name for one in specs], largest)
     specs = tuple(one for one in specs if not verdict.outcomes or one.name in verdict.outcomes)
     check_room([scenario], world)
     try_controllers(specs, world)

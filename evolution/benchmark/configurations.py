@@ -17,7 +17,7 @@ from evolution.benchmark.runs import BenchResult, bench_row, named_metrics
 from evolution.benchmark.scores import score_rows
 from evolution.driving import Evaluator, JobPlan
 from evolution.files import Row, Table
-from gym_mapbench.errors import ConfigError, refuse_unknown
+from gym_mapbench.errors import ArgumentError, ConfigError, refuse_unknown
 from gym_mapbench.world.scenario import Scenario
 
 COMPARED_TABLES = ("configurations", "pairs", "maps", "parameters", "runs")
@@ -183,7 +183,7 @@ def check_configurations(configurations: Iterable[Configuration]) -> tuple[Confi
     for a, b in combinations(found, 2):
         if max(len(a.plan.names), len(b.plan.names)) > 1 and not {*a.plan.names} & {*b.plan.names}:
             got = f"{a.label} has {', '.join(a.plan.names)}, {b.label} has {', '.join(b.plan.names)}"
-            raise ConfigError(f"--params: expected a controller in common, or one in each file; {got}")
+            raise ArgumentError("configurations", f"expected a controller in common, or one in each; {got}", "params")
     return found
 
 
@@ -195,12 +195,13 @@ def _check_labels(configurations: Sequence[Configuration]) -> None:
             raise ConfigError(f"label: expected a name, got {label!r}")
     twice = sorted({label for label in labels if labels.count(label) > 1})
     if twice:
-        raise ConfigError(f"--params: two files have the label {twice[0]!r}; write LABEL=FILE")
+        expected = f"expected different labels, got {twice[0]!r} twice; the command takes LABEL=FILE"
+        raise ArgumentError("configurations", expected, "params")
     several = {f"{one.label}.{name}" for one in configurations if len(one.plan.names) > 1 for name in one.plan.names}
     for label in labels:
         if label in several:
-            got = f"{label!r}, a controller of another file; write LABEL=FILE"
-            raise ConfigError(f"--params: expected another label than {got}")
+            got = f"{label!r}, a controller of another file; the command takes LABEL=FILE"
+            raise ArgumentError("configurations", f"expected another label than {got}", "params")
 
 
 def _map_rows(sides: Mapping[str, Sequence[Row]], compared: Sequence[tuple[str, str]]) -> list[Row]:

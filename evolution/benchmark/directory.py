@@ -18,7 +18,7 @@ from evolution.driving import ControllerSpec, JobPlan, model_digest
 from evolution.files import DirectoryKind
 from gym_mapbench.world.scenario import Scenario
 
-BENCHMARK = DirectoryKind("benchmark", "benchmark.json", format_version=1)
+BENCHMARK = DirectoryKind("benchmark", "benchmark.json", format_version=1, remade=True)
 
 
 def begin_benchmark(path: Path, benchmark: Mapping[str, Any], *, resume: bool) -> Path:

@@ -14,8 +14,8 @@ from gym_mapbench.world.scenario import Pose
 
 MESSAGE_OPTIONS = {
     "--quiet": "print results and errors only",
-    "--verbose": "print the files, presets and seeds in use, the outcome of each run, and the effect of every key of a "
-    "parameter file",
+    "--verbose": "print the files, presets and seeds in use, the outcome of each run, the effect of every key of a "
+    "parameter file, and the traceback of an error in code of your own",
 }
 """Options of every command that change its messages and not its result."""
 

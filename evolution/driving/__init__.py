@@ -37,7 +37,7 @@ from evolution.driving.seeds import derive_seed
 from evolution.driving.settings import DriveSettings, ParameterFile, take_shape_of_robot, with_parameters, with_robot
 from evolution.driving.store import WAIT_SECONDS, ResultStore
 from evolution.driving.warmup import is_compiled, preparation_of, warm_up
-from evolution.driving.worker import check_room, drive, run_job, try_controllers
+from evolution.driving.worker import check_room, drive, record, run_job, try_controllers
 
 Crew = WorkerSetup
 """Former name of :class:`WorkerSetup`, for executors that import it."""
@@ -82,6 +82,7 @@ __all__ = [
     "model_digest",
     "models_of",
     "preparation_of",
+    "record",
     "run_episode",
     "run_job",
     "take_shape_of_robot",

@@ -31,6 +31,7 @@ from evolution.driving.pool import (
     error_result,
     one_line,
     prepare_worker,
+    shows_tracebacks,
 )
 from evolution.driving.store import ResultStore
 from gym_mapbench.errors import ConfigError, PluginError, RunError
@@ -168,10 +169,17 @@ class Evaluator:
             executor.get_ready()
 
     def close(self) -> None:
-        """Stop all workers at once; those of an executor other than ``processes`` finish their job first."""
-        if self._executor is not None:
-            self._executor.shutdown(wait=False, cancel_futures=True)
-            self._executor = None
+        """Stop all workers at once; those of an executor other than ``processes`` finish their job first.
+
+        A third party's executor that fails to stop costs no result, but a warning.
+        """
+        executor, self._executor = self._executor, None
+        if executor is not None:
+            try:
+                with EXECUTORS.blamed(self.executor):
+                    executor.shutdown(wait=False, cancel_futures=True)
+            except PluginError as error:
+                LOG.warning("%s", error)
 
     def __enter__(self) -> Self:
         return self
@@ -243,7 +251,7 @@ class Evaluator:
     def _running(self) -> Executor:
         if self._executor is None:
             with EXECUTORS.blamed(self.executor):
-                prepare = partial(prepare_worker, self.warm_up)
+                prepare = partial(prepare_worker, self.warm_up, shows_tracebacks())
                 made = self._make(WorkerSetup(self.workers, self.timeout_s, prepare, self.scheduler))
             if not hasattr(made, "submit") or not hasattr(made, "shutdown"):
                 raise PluginError(f"executor {self.executor!r}: expected an Executor, got {made!r:.80}")

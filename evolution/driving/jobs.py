@@ -19,7 +19,7 @@ from pydantic import AfterValidator, ConfigDict, Field, JsonValue, TypeAdapter
 from evolution.arguments import names_from, whole_number
 from evolution.driving.seeds import ALL_CONTROLLERS, derive_seed
 from evolution.driving.settings import DriveSettings
-from evolution.files import PACKAGE_VERSION
+from evolution.files import PACKAGE_VERSION, code_of
 from gym_mapbench.errors import ConfigError, unknown_name, visible
 from gym_mapbench.metrics import ALWAYS, METRICS
 from gym_mapbench.metrics.episode import Outcome
@@ -130,7 +130,8 @@ class Job:
         seed: Seed of the controller's randomness; different for every controller.
         noise_seed: Seed of the world's noise; the same for all controllers (common random numbers).
         metrics: Further metrics, besides the project's own.
-        key: Digest of all of the above and of this package's version: the identity of the run.
+        key: Digest of all of the above, of the code that is named there, and of this package's version: the identity of
+            the run.
     """
 
     scenario: Scenario
@@ -187,11 +188,12 @@ class JobPlan:
 
     @cached_property
     def _setups(self) -> tuple[str, ...]:
-        """For each controller, the digest of everything but scenario and seed."""
+        """For each controller, the digest of everything but scenario and seed, its model and its code included."""
         of_all = PACKAGE_VERSION, self.settings.model_dump(mode="json")
+        code = code_of([*of_all, *self.metrics])
         return tuple(
-            digest_of([*of_all, spec.model_dump(mode="json"), *self.metrics, *filter(None, [model_digest(spec)])])
-            for spec in self.controllers
+            digest_of([*of_all, document, *self.metrics, *filter(None, [model_digest(spec), code | code_of(document)])])
+            for spec, document in ((spec, spec.model_dump(mode="json")) for spec in self.controllers)
         )
 
     def job(self, scenario: Scenario, number: int, repeat: int) -> Job:

@@ -146,9 +146,11 @@ def _drive(
 def _command(answer: Any) -> Floats:
     """Return the answer of a controller as an array of its own, which the env checks."""
     try:
-        return np.array(answer, dtype=np.float64)
+        if answer is not None:  # which NumPy takes for a number
+            return np.array(answer, dtype=np.float64)
     except (TypeError, ValueError):
-        raise ConfigError(f"action: expected two numbers, got {answer!r:.80}") from None
+        pass
+    raise ConfigError(f"action: expected two numbers, got {answer!r:.80}")
 
 
 def _without_path(env: MapBenchEnv, scenario: Scenario, name: str, seed: int, reason: str) -> Episode:

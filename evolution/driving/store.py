@@ -120,11 +120,21 @@ class ResultStore:
 
     def errors(self) -> list[str]:
         """Return the reasons of the runs that ended in an error, in order of their keys."""
+        return list(self._failed().values())
+
+    def forget_errors(self) -> None:
+        """Delete the runs that ended in an error, so that they are run again."""
+        keys = [(key,) for key in self._failed()]
+        with self._errors("cannot be written"):
+            self._database.executemany("DELETE FROM results WHERE key = ?", keys)
+
+    def _failed(self) -> dict[str, str]:
+        """Return the reasons of the runs that ended in an error by key, in order."""
         with self._errors("cannot be read"):
             like = "SELECT key, result FROM results WHERE result LIKE ? ORDER BY key"
             rows = self._database.execute(like, ['%"error"%']).fetchall()
-        results = [self._result(key, text) for key, text in rows]
-        return [result.reason for result in results if result.outcome == "error"]
+        results = ((key, self._result(key, text)) for key, text in rows)
+        return {key: result.reason for key, result in results if result.outcome == "error"}
 
     def __len__(self) -> int:
         (count,) = self._database.execute("SELECT COUNT(*) FROM results").fetchone()

@@ -7,6 +7,7 @@ import sys
 import threading
 from collections.abc import Callable, Iterable, Sequence
 from concurrent.futures import Future
+from contextlib import AbstractContextManager, nullcontext
 from contextvars import copy_context
 from typing import Any
 
@@ -65,8 +66,9 @@ def try_controllers(specs: Iterable[ControllerSpec], settings: DriveSettings) ->
             LAYERS.for_workers(layer)
     for spec in specs:
         CONTROLLERS.for_workers(spec.registered_name)
-        controller = _built_in_time(spec, settings)
-        environment_for(settings.environment, controller)
+        with _blaming(spec, settings):
+            controller = _built_in_time(spec, settings)
+            environment_for(settings.environment, controller)
         if isinstance(controller, Navigator):
             controller.check_frequency(1.0 / settings.environment.control_hz)
 
@@ -77,7 +79,7 @@ def _built_in_time(spec: ControllerSpec, settings: DriveSettings) -> Controller:
     In a worker the time limit of a run ends such a constructor, but nothing else ends it in this process.
     """
     name = spec.registered_name
-    if name in CONTROLLERS.built_in or name in settings.navigation.controllers or name.endswith(MODEL):
+    if _is_nav2(spec, settings) or name.endswith(MODEL):
         return build_controller(spec, settings)
     built: Future[Controller] = Future()
 
@@ -92,6 +94,16 @@ def _built_in_time(spec: ControllerSpec, settings: DriveSettings) -> Controller:
         return built.result(BUILD_SECONDS)
     except TimeoutError:
         raise ConfigError(f"controller {name!r}: was not made within {BUILD_SECONDS:g} s") from None
+
+
+def _is_nav2(spec: ControllerSpec, settings: DriveSettings) -> bool:
+    """Whether a controller is one of Nav2's, and not a third party's or a model."""
+    return spec.registered_name in CONTROLLERS.built_in or spec.registered_name in settings.navigation.controllers
+
+
+def _blaming(spec: ControllerSpec, settings: DriveSettings) -> AbstractContextManager[None]:
+    """Say in one line what a third party's controller, or a policy, raises."""
+    return nullcontext() if _is_nav2(spec, settings) else CONTROLLERS.blamed(spec.registered_name)
 
 
 def check_room(scenarios: Iterable[Scenario], settings: DriveSettings) -> None:
@@ -150,8 +162,8 @@ def _why_no_room(scenario: Scenario, settings: DriveSettings) -> str:
     return ""
 
 
-def drive(job: Job, watch: Callable[[Controller], object] | None = None, on_step: OnStep | None = None) -> Episode:
-    """Run a job and return the recorded episode.
+def record(job: Job, watch: Callable[[Controller], object] | None = None, on_step: OnStep | None = None) -> Episode:
+    """Run a job and return the recorded episode; what a third party's controller raises passes as it is.
 
     Args:
         job: The run.
@@ -176,6 +188,20 @@ def drive(job: Job, watch: Callable[[Controller], object] | None = None, on_step
     )
 
 
+def drive(job: Job, watch: Callable[[Controller], object] | None = None) -> Episode:
+    """Run a job and return the recorded episode, where nothing else reports what a controller raises.
+
+    Args:
+        job: The run.
+        watch: As for :func:`record`.
+
+    Raises:
+        PluginError: If a third party's controller fails.
+    """
+    with _blaming(job.controller, job.settings):
+        return record(job, watch)
+
+
 def _seed_pytorch(seed: int) -> None:
     """Let the global generator of PyTorch, from which a policy may sample, start from a seed, if it is loaded."""
     if (torch := sys.modules.get("torch")) is not None:
@@ -187,9 +213,9 @@ def run_job(job: Job, on_step: OnStep | None = None) -> RunResult:
 
     Args:
         job: The run.
-        on_step: As for :func:`drive`.
+        on_step: As for :func:`record`.
     """
-    return result_of(drive(job, on_step=on_step), job.metrics)
+    return result_of(record(job, on_step=on_step), job.metrics)
 
 
 def result_of(episode: Episode, also: Iterable[str] = ()) -> RunResult:

@@ -6,6 +6,7 @@ checked content; a file that is not as expected gives an error of one line.
 
 from __future__ import annotations
 
+from evolution.files.code import code_of
 from evolution.files.directories import DirectoryKind, differences
 from evolution.files.documents import Document, Versions, advising, check, check_rows, read_document, warn_of_versions
 from evolution.files.locks import locked, locked_by
@@ -47,6 +48,7 @@ __all__ = [
     "append_line",
     "check",
     "check_rows",
+    "code_of",
     "counted",
     "csv_of",
     "differences",

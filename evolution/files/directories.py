@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 import logging
+import shlex
 from collections.abc import Callable, Iterable, Mapping
 from dataclasses import dataclass
 from pathlib import Path
@@ -11,7 +12,7 @@ from typing import Any
 
 from evolution.files.code import code_digests, code_of
 from evolution.files.documents import advising
-from evolution.files.plain import WriteError, make_directory, read_json, write_new_json
+from evolution.files.plain import WriteError, make_directory, read_json, write_json, write_new_json
 from evolution.files.versions import refuse_version, versions
 from gym_mapbench.errors import ConfigError, RunError
 from gym_mapbench.trust import refuse_code
@@ -37,12 +38,17 @@ class DirectoryKind:
         format_version: Version of its format.
         to_drive: Places in that file, keys joined by dots, that are used by runs only. They may name code, which
             :meth:`open` does not refuse: the caller refuses it before a run.
+        remade: Whether all results are made again from the stored runs when it is continued. The key of a run has the
+            content of its code, so that changed code repeats its runs; other kinds refuse changed code.
+        again: The command, after ``mapbench``, that begins it again elsewhere, with ``{path}`` for the directory.
     """
 
     what: str
     mark: str
     format_version: int
     to_drive: tuple[str, ...] = ()
+    remade: bool = False
+    again: str = ""
 
     @property
     def format(self) -> str:
@@ -130,25 +136,51 @@ class DirectoryKind:
             options: Returns the options of a document, as errors name them.
 
         Raises:
-            ConfigError: If an option differs, or the code of a module, naming it.
+            ConfigError: If an option differs, or the code of a module where results are not remade, naming it.
             RunError: If another version of this package wrote the directory.
         """
         refuse_version(config, path)
-        self._refuse_other_code(path, config)
+        if not self.remade:
+            self._refuse_other_code(path, config)
         begun = {key: config.get(key) for key in document}
         for name, before, now in differences(options(begun), options(json.loads(json.dumps(document)))):
             raise ConfigError(f"{path}: {name} was {_plain(before)} when the {self.what} began, got {_plain(now)}")
 
+    def take_code(self, path: Path) -> bool:
+        """Record the code with which a directory is continued, if that is not the code that was recorded.
+
+        Returns:
+            Whether it has changed; then a warning names the modules.
+        """
+        config = read_json(path / self.mark)
+        changed = _changed_code(config)
+        if changed:
+            LOG.warning(
+                "%s: the code of %s has changed: its runs, and those that ended in an error, are repeated",
+                path,
+                ", ".join(changed),
+            )
+            write_json(path / self.mark, {**config, CODE: {**config[CODE], **changed}})
+        return bool(changed)
+
     def _refuse_other_code(self, path: Path, config: Mapping[str, Any]) -> None:
-        """Refuse to continue with other code; a module that is missing now is reported by whoever loads it."""
-        begun = config.get(CODE)
-        begun = begun if isinstance(begun, dict) else {}
-        for module, digest in code_digests(begun).items():
-            if digest != begun[module]:
-                raise ConfigError(
-                    f"{path}: expected the code of {module} as it was when the {self.what} began, got other code; "
-                    f"restore it, or begin the {self.what} again in another directory"
-                )
+        for module in _changed_code(config):
+            how = f" (mapbench {self.again.format(path=shlex.quote(str(path)))})" if self.again else ""
+            raise ConfigError(
+                f"{path}: expected the code of {module} as it was when the {self.what} began, got other code, whose "
+                f"results must not be mixed with the former; restore it, or begin the {self.what} again in another "
+                f"directory{how}"
+            )
+
+
+def _changed_code(config: Mapping[str, Any]) -> dict[str, str]:
+    """Return the content hashes of the recorded modules that differ from the recorded ones, by module.
+
+    A module that is missing now is reported by whoever loads it.
+    """
+    begun = config.get(CODE)
+    begun = begun if isinstance(begun, dict) else {}
+    return {module: digest for module, digest in code_digests(begun).items() if digest != begun[module]}
 
 
 def differences(was: Any, now: Any, name: str = "") -> Iterable[tuple[str, Any, Any]]:

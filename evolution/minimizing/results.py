@@ -20,7 +20,7 @@ from gym_mapbench.errors import RunError
 from gym_mapbench.mapio import load_map_set
 from gym_mapbench.world.scenario import Scenario
 
-MINIMIZATION = DirectoryKind("minimization", "minimize.json", format_version=1)
+MINIMIZATION = DirectoryKind("minimization", "minimize.json", format_version=1, remade=True)
 MAPS, SUMMARY = "maps.json", "summary.json"
 
 

@@ -15,7 +15,7 @@ from evolution.minimizing.obstacles import Obstacle, connected, farthest_first, 
 from evolution.minimizing.results import MAPS, MINIMIZATION, SUMMARY, Minimized
 from evolution.minimizing.verdicts import Trial, Verdict
 from evolution.runs import exclusive_evaluator
-from gym_mapbench.errors import ConfigError
+from gym_mapbench.errors import ArgumentError
 from gym_mapbench.mapio import check_map_set_size, group_scenarios, save_map_set
 from gym_mapbench.quantities import Count
 from gym_mapbench.settings import Settings
@@ -157,7 +157,7 @@ class _Search:
             found = f"it holds on {held} of {counted(len(trials), 'seed')}"
             if errors:
                 found += f", and {counted(len(errors), 'run')} ended in an error, the first because: {errors[0]}"
-            raise ConfigError(f"--keep: expected a verdict that holds on {self.scenario.name}, but {found}")
+            raise ArgumentError("keep", f"expected a verdict that holds on {self.scenario.name}, but {found}")
 
     def reduce(self, paths: Sequence[Any]) -> Scenario:
         """Remove obstacles, farthest from the driven paths first, then cut the others, until neither is possible."""

@@ -9,7 +9,7 @@ from dataclasses import dataclass
 from statistics import median
 
 from evolution.driving import RunResult
-from gym_mapbench.errors import ConfigError, unknown_name
+from gym_mapbench.errors import ArgumentError, unknown_name
 
 Trial = Mapping[str, RunResult]
 """One run of each controller with the same noise, by the controller's name."""
@@ -58,9 +58,11 @@ class Verdict:
         """
         ratio, order = median(ratio_of(trial) for trial in trials), order_of(trials[0])
         if self.text == "ratio" and not math.isfinite(ratio):
-            raise ConfigError("--keep ratio: expected a map on which all controllers reach the goal, none in 0 s")
+            raise ArgumentError("keep", "ratio: expected a map on which all controllers reach the goal, none in 0 s")
         if self.text == "order" and not order:
-            raise ConfigError("--keep order: expected a map on which all times differ and at most one controller fails")
+            raise ArgumentError(
+                "keep", "order: expected a map on which all times differ and at most one controller fails"
+            )
         return Verdict(self.text, self.outcomes, order, ratio, self.tolerance)
 
 
@@ -78,15 +80,15 @@ def read_verdict(text: str, controllers: Sequence[str], tolerance: float = TOLER
     words = " ".join(text.split())
     if words in ("order", "ratio"):
         if len(controllers) < 2:
-            raise ConfigError(f"--keep {words}: expected at least two controllers, got {', '.join(controllers)}")
+            raise ArgumentError("keep", f"{words}: expected at least two controllers, got {', '.join(controllers)}")
         return Verdict(words, {}, tolerance=tolerance)
     outcomes: dict[str, bool] = {}
     for clause in AND.split(words):
         found = CLAUSE.fullmatch(clause)
         if found is None or outcomes.get(found["name"], found["what"] == "succeeds") != (found["what"] == "succeeds"):
-            raise ConfigError(f"--keep: expected {FORMS}, got {text!r}")
+            raise ArgumentError("keep", f"expected {FORMS}, got {text!r}")
         if found["name"] not in controllers:
-            raise ConfigError(f"--keep: {unknown_name('controller', found['name'], controllers)}")
+            raise ArgumentError("keep", str(unknown_name("controller", found["name"], controllers)))
         outcomes[found["name"]] = found["what"] == "succeeds"
     return Verdict(words, outcomes)
 

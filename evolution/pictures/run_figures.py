@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable, Mapping, Sequence
+import logging
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from dataclasses import replace
 from itertools import islice
 from pathlib import Path
@@ -15,20 +16,25 @@ from evolution.pictures.pareto_figure import pareto_figure
 from evolution.pictures.plots import convergence_figure, lorenz_figure, times_figure
 from evolution.pictures.style import FORMATS, save_figure
 from evolution.runs import LoadedRun, experiment_in, summary_of_map, typical_repeat
+from gym_mapbench.errors import PluginError
 from gym_mapbench.metrics.episode import Episode
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
+LOG = logging.getLogger(__name__)
+
 FIGURES = "figures"
-Apply = Callable[[Callable[[Job], Episode], Iterable[Job]], Iterable[Episode]]
+Recorded = Episode | str
+"""A re-run, or why it failed."""
+Apply = Callable[[Callable[[Job], Recorded], Iterable[Job]], Iterable[Recorded]]
 
 
 def drive_best(run: LoadedRun, apply: Apply = map) -> list[DrivenMap]:
     """Re-run one repeat of the best map set with the seeds of the search, and record it.
 
     The repeat is the one nearest to the median times. Runs that ended in an ``error`` have no trajectory and are left
-    out.
+    out, and so is a run that a third party's code now fails in, with a warning.
 
     Args:
         run: The run of the search.
@@ -43,11 +49,28 @@ def drive_best(run: LoadedRun, apply: Apply = map) -> list[DrivenMap]:
         failed = {name for name, runs in entry["runs"].items() if not runs or runs[0]["outcome"] == "error"}
         numbers = [number for number, name in enumerate(plan.names) if name not in failed]
         jobs.append([plan.job(scenario, number, recorded.repeat) for number in numbers])
-    episodes = iter(apply(drive, [job for of_map in jobs for job in of_map]))
+    recorded_runs = iter(apply(_recorded, [job for of_map in jobs for job in of_map]))
     return [
-        replace(recorded, episodes=tuple(islice(episodes, len(of_map))))
+        replace(recorded, episodes=tuple(_episodes(islice(recorded_runs, len(of_map)), of_map)))
         for recorded, of_map in zip(maps, jobs, strict=True)
     ]
+
+
+def _recorded(job: Job) -> Recorded:
+    """Run a job; returns the reason if a third party's code fails."""
+    try:
+        return drive(job)
+    except PluginError as error:
+        return str(error)
+
+
+def _episodes(recorded_runs: Iterable[Recorded], jobs: Iterable[Job]) -> Iterator[Episode]:
+    """Yield the runs that did not fail, and warn of the others."""
+    for run, job in zip(recorded_runs, jobs, strict=True):
+        if isinstance(run, str):
+            LOG.warning("no replay of %s on %s: %s", job.controller.name, job.scenario.name, run)
+        else:
+            yield run
 
 
 def recorded_maps(run: LoadedRun) -> list[DrivenMap]:

@@ -2,8 +2,10 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+import logging
+from collections.abc import Callable, Mapping, Sequence
 from pathlib import Path
+from typing import Any, TypeVar
 
 from controllers.nav2_params.plugins import CONTROLLERS
 from evolution.driving import ControllerSpec, DriveSettings
@@ -21,9 +23,15 @@ from evolution.play.messages.start import (
 )
 from evolution.play.parameters import controller_parameters, costmap_parameters
 from evolution.play.plans import FILE, Given, own_settings
+from gym_mapbench.errors import MapBenchError
 from gym_mapbench.generator import FAMILIES, make_family
+from gym_mapbench.registry import Registry
 from gym_mapbench.world.noise import NOISES
 from gym_mapbench.world.robot import ROBOTS, RobotSpec
+
+LOG = logging.getLogger(__name__)
+
+T = TypeVar("T")
 
 LABELS = {"dwb": "DWB", "mppi": "MPPI", "rpp": "RPP", "graceful": "Graceful"}
 PRESET_LABELS = {
@@ -53,12 +61,23 @@ def state_of(given: Given, scenes: Sequence[Scene], settings: WorldSettings, cho
         variants=[Variant(name=spec.name, controller=spec.name) for spec in chosen],
         controllers=[_controller(spec, worlds) for spec in given.controllers],
         presets=[_preset(name, world, given) for name, world in worlds.items()],
-        robots=[_robot(ROBOTS.get(name)) for name in ROBOTS.names()],
+        robots=_each(ROBOTS, lambda name: _robot(name, ROBOTS.get(name))),
         noise_levels=list(NOISES.names()),
-        families=[FamilyState(name=name, genes=_genes(name)) for name in FAMILIES.names()],
+        families=_each(FAMILIES, lambda name: FamilyState(name=name, genes=_genes(name))),
         maps=[MapEntry(name=scene.name, scene=scene) for scene in scenes],
         limits=Limits(file_bytes=MAX_FILE),
     )
+
+
+def _each(registry: Registry[Any], state: Callable[[str], T]) -> list[T]:
+    """Return the state of every entry of a registry; an entry that cannot be used is left out, with a warning."""
+    found = []
+    for name in registry.names():
+        try:
+            found.append(state(name))
+        except MapBenchError as error:
+            LOG.warning("not on the page: %s", error)
+    return found
 
 
 def _controller(spec: ControllerSpec, worlds: Mapping[str, DriveSettings]) -> ControllerState:
@@ -83,13 +102,13 @@ def _preset(name: str, world: DriveSettings, given: Given) -> PresetState:
         release=navigation.release,
         label=label,
         shared=costmap_parameters(navigation, given.controllers[0]),
-        robot=_robot(world.robot),
+        robot=_robot(world.robot.name, world.robot),
     )
 
 
-def _robot(robot: RobotSpec) -> RobotState:
+def _robot(name: str, robot: RobotSpec) -> RobotState:
     return RobotState(
-        name=robot.name,
+        name=name,
         radius=robot.radius,
         footprint=None if robot.footprint is None else list(robot.footprint),
         max_linear_velocity=robot.max_linear_velocity,

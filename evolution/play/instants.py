@@ -14,7 +14,7 @@ from numpy.typing import NDArray
 
 from controllers.base import Controller
 from controllers.navigator.navigator import Navigator
-from evolution.driving import Job, RunResult, drive
+from evolution.driving import Job, RunResult, record
 from evolution.play.messages.replies import CostGrid
 from evolution.play.streaming import Address, send
 from evolution.play.thoughts import thoughts_of
@@ -117,7 +117,7 @@ def look(times: Sequence[float], address: Address, job: Job) -> RunResult:
     with address.connect(job) as channel:
         seen = Look(job.settings.environment, list(times), partial(send, channel))
         with contextlib.suppress(SeenError):
-            drive(job, seen.watch, seen.step)
+            record(job, seen.watch, seen.step)
         if seen.times:
             seen.show(seen.fields())
     return RunResult("timeout", time_s=times[-1], path_length_m=0.0)

@@ -316,7 +316,7 @@ def _arguments(group: Sequence[PlannedVariant], session: Session, given: Given) 
     if world.robot_radius is not None:
         yield from ("--robot-radius", repr(world.robot_radius))
     elif world.robot or (first.text is not None and world.preset != FILE):
-        yield from ("--robot", first.plan.settings.robot.name)
+        yield from ("--robot", world.robot or first.plan.settings.robot.name)
     yield from ("--noise", world.noise, "--seed", str(world.seed), "--repeats", str(world.repeats))
     if given.environment.time_limit != EnvConfig().time_limit:
         yield from ("--time-limit", repr(given.environment.time_limit))

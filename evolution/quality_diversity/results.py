@@ -45,7 +45,7 @@ from gym_mapbench.errors import RunError
 from gym_mapbench.mapio import load_map_set, save_map_set
 from gym_mapbench.world.scenario import MapSet
 
-ATLAS = DirectoryKind("map-atlas", "atlas.json", format_version=1)
+ATLAS = DirectoryKind("map-atlas", "atlas.json", format_version=1, remade=True)
 MAPS, SUMMARY, REPORT, ELITES, HISTORY = "maps.json", "summary.json", "report.html", "elites.csv", "history.csv"
 COUNTS = ("dropped", "displaced", "runs", "held_out_runs")
 """Numbers of ``summary.json``, which has those of :class:`AtlasSearch`."""

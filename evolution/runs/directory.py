@@ -63,7 +63,13 @@ FRONT, FRONT_SETS = "front.csv", "front"
 BODIES = "_bodies.json"
 """End of the names of the files with the moving bodies on the maps of a generation."""
 
-RUN = DirectoryKind("run", CONFIG, format_version=1, to_drive=("controllers", "run"))
+RUN = DirectoryKind(
+    "run",
+    CONFIG,
+    format_version=1,
+    to_drive=("controllers", "run"),
+    again=f"evolve --config {{path}}/{CONFIG} --allow-code --out NEW",
+)
 
 README_TEXT = """One run of mapbench. All lengths are m, times s, angles rad; smaller fitness is better.
 

@@ -71,6 +71,8 @@ def exclusive_evaluator(
         ResultStore() if path is None else exclusive_store(kind, path, resources.wait_s) as store,
         resources.evaluator(run_job, store, preparation_of(plans), evaluator_kind, on_run=on_run) as evaluator,
     ):
+        if path is not None and kind.remade and kind.take_code(path):
+            store.forget_errors()
         yield evaluator
 
 

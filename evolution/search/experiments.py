@@ -122,6 +122,8 @@ def _controller(entry: object) -> ControllerSpec:
         if not name or (assigned and not kind):
             raise ConfigError(f"controllers: expected NAME or NAME=KIND, got {entry!r}")
         return ControllerSpec(name=name, kind=kind)
+    if not isinstance(entry, Mapping):
+        raise ConfigError(f"controllers: expected names, module:attribute or mappings of options, got {entry!r:.80}")
     return ControllerSpec.from_mapping(entry, "controllers")
 
 

@@ -35,7 +35,9 @@ TO_DRIVE = (
 )
 """Places in ``study.json`` that are used by runs only."""
 
-STUDY = DirectoryKind("study", "study.json", format_version=1, to_drive=TO_DRIVE)
+STUDY = DirectoryKind(
+    "study", "study.json", format_version=1, to_drive=TO_DRIVE, again="study {path} --allow-code --out NEW"
+)
 
 
 class Taken(Document):

@@ -12,7 +12,7 @@ from evolution.search import EvolveSettings, Experiment, Fitness, evolve
 from evolution.tuning.objectives import scale_of
 from evolution.tuning.plan import TuningPlan
 from evolution.tuning.settings import AgainstSettings
-from gym_mapbench.errors import ConfigError
+from gym_mapbench.errors import ArgumentError, ConfigError
 from gym_mapbench.generator import WITHOUT_ROUTE
 from gym_mapbench.world.scenario import Scenario
 
@@ -73,7 +73,7 @@ def reference_for(plan: TuningPlan) -> str:
                 return name
         except ConfigError:
             continue
-    raise ConfigError(f"--against: expected a second controller beside {plan.controller}, got none")
+    raise ArgumentError("against", f"expected a second controller beside {plan.controller}, got none")
 
 
 def _has_way(scenario: Scenario, plan: TuningPlan) -> bool:

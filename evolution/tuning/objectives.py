@@ -107,7 +107,7 @@ def read_requirement(text: str) -> Requirement:
     """
     found = REQUIREMENT.fullmatch(text)
     if found is None:
-        raise ConfigError(f"--require: expected a condition like clearance>=0.1, got {text!r}")
+        raise ConfigError(f"requirement: expected a condition like clearance>=0.1, got {text!r}")
     if found["measure"] not in MEASURES:
-        raise ConfigError(f"--require: {unknown_name('measure', found['measure'], MEASURES)}")
+        raise ConfigError(f"requirement: {unknown_name('measure', found['measure'], MEASURES)}")
     return Requirement(text.strip(), found["measure"], 1 if found["sign"] == "<=" else -1, float(found["limit"]))

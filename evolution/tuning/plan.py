@@ -12,7 +12,7 @@ from evolution.driving import ControllerSpec, DriveSettings, Job, JobPlan
 from evolution.tuning.objectives import Requirement, Scale, read_requirement, scale_of
 from evolution.tuning.settings import TuneSettings
 from evolution.tuning.space import SearchSpace
-from gym_mapbench.errors import ConfigError
+from gym_mapbench.errors import ArgumentError, ConfigError
 from gym_mapbench.world.scenario import Scenario
 
 
@@ -56,7 +56,7 @@ class TuningPlan:
                 refused = error
             else:
                 return
-        raise ConfigError(f"--space: the controller accepts no value of the search space: {refused}")
+        raise ArgumentError("space", f"the controller accepts no value of the search space: {refused}")
 
     @cached_property
     def own(self) -> dict[str, Value]:
@@ -113,14 +113,14 @@ def check_maps(train: Sequence[Scenario], test: Sequence[Scenario]) -> None:
     Raises:
         ConfigError: Naming the first map that is in both.
     """
-    for name, maps in (("--train", train), ("--test", test)):
+    for name, maps in (("train", train), ("test", test)):
         if not maps:
-            raise ConfigError(f"{name}: expected at least one map, got none")
+            raise ArgumentError(name, "expected at least one map, got none")
     known = {one.digest: one.name for one in train}
     for one in test:
         if one.digest in known:
             same = f"{one.name} is the training map {known[one.digest]}"
-            raise ConfigError(f"--test: expected maps that are not among the training maps, but {same}")
+            raise ArgumentError("test", f"expected maps that are not among the training maps, but {same}")
 
 
 def jobs_on(plan: JobPlan, scenarios: Sequence[Scenario], repeats: range) -> list[Job]:

@@ -27,7 +27,7 @@ from pydantic import Field
 from evolution.files import DirectoryKind, Document, Row, Table, Tabled, advising, read_document
 from gym_mapbench.errors import RunError, refuse_unknown
 
-TUNING = DirectoryKind("tuning", "tuning.json", format_version=1)
+TUNING = DirectoryKind("tuning", "tuning.json", format_version=1, remade=True)
 SUMMARY, TRIALS, TEST, PARAMS, FRONT = "summary.json", "trials.csv", "test.csv", "nav2_params.yaml", "front"
 TEST_MAPS, EVOLVED_MAPS, FIGURES = "test.json", "evolved.json", "figures"
 TABLES = ("changes", "trials", "finalists", "importances", "test", "rounds")

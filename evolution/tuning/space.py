@@ -13,7 +13,7 @@ from pydantic import Field, model_validator
 from controllers.nav2_params.plugins import PRIMARIES, SHIMS
 from controllers.nav2_params.values import Value, unused_critics, values_of
 from evolution.driving import DriveSettings
-from gym_mapbench.errors import ConfigError, unknown_name
+from gym_mapbench.errors import ArgumentError, ConfigError, unknown_name
 from gym_mapbench.files.bundled import read_bundled
 from gym_mapbench.files.documents import read_yaml
 from gym_mapbench.settings import Settings
@@ -123,7 +123,8 @@ def shipped_space(kind: str) -> SearchSpace:
     """
     primary = SHIMS.get(kind, kind)
     if primary not in space_names():
-        raise ConfigError(f"--space: expected the file of a search space, as there is none for the controller {kind!r}")
+        expected = f"expected the file of a search space, as there is none for the controller {kind!r}"
+        raise ArgumentError("space", expected)
     return SearchSpace.from_mapping(read_bundled("controllers", primary, FILE), FILE)
 
 

@@ -173,7 +173,7 @@ def _with_task(path: str | Path, item: TaskedMap, start: PoseLike | None, goal: 
     first: PoseLike | None = start if start is not None else task and task.start
     last: PoseLike | None = goal if goal is not None else task and task.goal
     if first is None or last is None:
-        missing = " and ".join(f"--{what}" for what, pose in (("start", first), ("goal", last)) if pose is None)
+        missing = " and ".join(what for what, pose in (("start", first), ("goal", last)) if pose is None)
         raise ConfigError(f"{path}: no task is known for this map, give {missing} as x,y,yaw{_or_poses(path)}")
     bodies = task.bodies if task else ()
     given = Task(as_pose("start", first), as_pose("goal", last), item.name, bodies)

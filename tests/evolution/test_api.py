@@ -268,9 +268,30 @@ def test_studies_are_tables(study_path):
         (lambda folder: bench([OFFICE, 3], "rpp"), "maps: expected files, scenarios, map sets or runs, got 3"),
         (lambda folder: minimize(None, "rpp fails", out=folder / "a"), "maps: expected files, .* got None"),
         (lambda folder: minimize([OFFICE], 3, out=folder / "a"), "keep: expected an instance of str, got 3"),
+        (
+            lambda folder: minimize(OFFICE, "rpp won", out=folder / "a"),
+            "^keep: expected 'CONTROLLER fails', .* 'rpp w",
+        ),
+        (lambda folder: minimize(OFFICE, "order", out=folder / "a", map_name="of"), "^map_name: unknown map 'of'"),
+        (
+            lambda folder: minimize(OFFICE, "order", out=folder / "a", tolerance="x"),
+            "^tolerance: expected a finite number above 0, got 'x'$",
+        ),
+        (
+            lambda folder: tune("rpp", OFFICE, OFFICE, out=folder / "a"),
+            "^test: expected maps that are not among",
+        ),
         (lambda folder: bench(OFFICE, "rpp", seed="0"), "seed: expected a whole number, 0 or greater, got '0'"),
         (lambda folder: bench(OFFICE, "rpp", seed=-1), "seed: expected a whole number, 0 or greater, got -1"),
         (lambda folder: bench(OFFICE, "rpp", repeats=2.0), "repeats: expected a whole number, 1 to 10000, got 2.0"),
+        (
+            lambda folder: bench(OFFICE, [Path]),
+            r"controllers: expected names, module:attribute or mappings of options, got <class 'pathlib.Path'>",
+        ),
+        (
+            lambda folder: bench(OFFICE, "__main__:Mine"),
+            "controller '__main__:Mine': is defined in this script or notebook alone",
+        ),
         (lambda folder: bench(OFFICE, "rpp", metrics=3), "metrics: expected a name or a list of names, got 3"),
         (lambda folder: bench(OFFICE, "rpp", out=3), "out: expected a path, got 3"),
         (lambda folder: bench(OFFICE, "rpp", params=3), "expected a file name, got 3"),

@@ -44,7 +44,7 @@ def test_other_layouts_get_none(thesis_map, cell):
 
 def test_missing_and_unusable_poses(tmp_path):
     path = map_server_files(tmp_path, np.full((6, 6), 254))
-    with pytest.raises(ConfigError, match="give --goal as x,y,yaw"):
+    with pytest.raises(ConfigError, match="give goal as x,y,yaw"):
         load_scenarios(path, start=(-0.9, 2.1, 0))
     with pytest.raises(ConfigError, match="goal: expected a point on the map"):
         load_scenarios(path, start=(-0.9, 2.1, 0), goal=(9, 9, 0))

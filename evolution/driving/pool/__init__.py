@@ -27,6 +27,7 @@ from evolution.driving.pool.worker_setup import (
     error_result,
     one_line,
     prepare_worker,
+    shows_tracebacks,
 )
 
 __all__ = [
@@ -44,4 +45,5 @@ __all__ = [
     "loaded",
     "one_line",
     "prepare_worker",
+    "shows_tracebacks",
 ]

@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
+import logging
 import random
+import sys
 from collections.abc import Callable
 from dataclasses import dataclass, replace
 
@@ -11,6 +13,7 @@ import numpy as np
 from evolution.driving.jobs import Job, RunResult
 from evolution.driving.pool.worker_loop import NotStartedError, belong_to_parent
 from gym_mapbench.errors import MapBenchError, visible
+from gym_mapbench.registry import LOG as TRACEBACKS
 from gym_mapbench.registry import describe, type_and_text
 
 RunJob = Callable[[Job], RunResult]
@@ -40,9 +43,22 @@ _warm_up_failure: list[str] = []
 """Why the warm-up of this worker process failed; empty if it did not."""
 
 
-def prepare_worker(warm_up: WarmUp | None) -> None:
-    """Prepare a new worker process: tie it to its parent, print to standard error, and load the kernels."""
+def shows_tracebacks() -> bool:
+    """Whether this process logs tracebacks of third parties' errors, which its workers then print as well."""
+    return TRACEBACKS.isEnabledFor(logging.INFO)
+
+
+def prepare_worker(warm_up: WarmUp | None, print_tracebacks: bool = False) -> None:
+    """Prepare a new worker process: tie it to its parent, print to standard error, and load the kernels.
+
+    Args:
+        warm_up: Loads the kernels; None if nothing does.
+        print_tracebacks: Whether to print the tracebacks of third parties' errors.
+    """
     belong_to_parent()
+    if print_tracebacks:
+        TRACEBACKS.setLevel(logging.INFO)
+        TRACEBACKS.addHandler(logging.StreamHandler(sys.stderr))
     try:
         if warm_up is not None:
             warm_up()

@@ -95,7 +95,7 @@ def make_algorithm(
         expectations: Which maps of the archive are parents; None if sets of the population are.
 
     Raises:
-        PluginError: If a third-party algorithm fails.
+        PluginError: If a third-party algorithm fails, or is none.
     """
     with ALGORITHMS.blamed(settings.algorithm):
         algorithm = settings.kind.make(
@@ -106,6 +106,10 @@ def make_algorithm(
             repair=MapRepair(sampling.shapes),
             eliminate_duplicates=MapSetDuplicates(),
         )
+        if not isinstance(algorithm, GeneticAlgorithm):
+            raise PluginError(
+                f"search algorithm {settings.algorithm!r}: expected a GeneticAlgorithm of pymoo, got {algorithm!r:.80}"
+            )
         if expectations is not None:
             options = {"repair": algorithm.repair, "eliminate_duplicates": algorithm.eliminate_duplicates}
             algorithm.mating = ArchiveMating(expectations, mutation, sampling, **options)

@@ -77,8 +77,9 @@ class MutationSettings(EditSettings):
     @model_validator(mode="after")
     def _consistent(self) -> Self:
         if not math.isclose(sum(self.probabilities.values()), 1.0, abs_tol=1e-9):
-            chances = ", ".join(f"{name} {chance:g}" for name, chance in self.probabilities.items())
-            raise OptionError("probabilities", f"expected a sum of 1, got {chances}")
+            own = {name: f"{name}_probability" for name in self.probabilities if name not in self.operators}
+            chances = ", ".join(f"{own.get(name, name)} {chance:g}" for name, chance in self.probabilities.items())
+            raise OptionError("", f"expected probabilities with a sum of 1, got {chances}")
         if self.adaptive and self.maps != "one":
             raise OptionError("adaptive", f"expected maps 'one' beside it, got {self.maps!r}")
         return self

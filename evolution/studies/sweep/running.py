@@ -26,7 +26,7 @@ from evolution.studies.sweep.settings import SweepSettings
 from gym_mapbench.errors import ConfigError, RunError, refuse_unknown
 from gym_mapbench.world.scenario import Scenario
 
-SWEEP = DirectoryKind("sweep", "sweep.json", format_version=1)
+SWEEP = DirectoryKind("sweep", "sweep.json", format_version=1, remade=True)
 RUNS, EFFECTS, FIGURE = "runs.csv", "effects.csv", "figures/effects"
 
 

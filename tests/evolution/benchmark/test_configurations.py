@@ -326,7 +326,10 @@ def test_the_directory_is_read_back_and_continued(no_robot, tmp_path):
 
 def test_bad_labels_and_rules(tmp_path, capsys):
     for argv, message in (
-        (["--params", PARAMS, "--params", PARAMS], "two files have the label 'nav2_params'; write LABEL=FILE"),
+        (
+            ["--params", PARAMS, "--params", PARAMS],
+            "--params: expected different labels, got 'nav2_params' twice; ",
+        ),
         (
             ["--params", "a=thesis", "--params", "b=fair", "--fail-if", "c.success<a.success"],
             "unknown controller or label",

@@ -120,6 +120,18 @@ def test_an_executor_that_fails_is_one_line(monkeypatch, answer, message):
         evaluator.run(jobs_of(plan_of("any")))
 
 
+def test_an_executor_that_cannot_be_stopped_costs_no_result(monkeypatch, caplog):
+    class Unstoppable(Answering):
+        def shutdown(self):
+            """Take none of the arguments that every executor takes."""
+
+    result = fake_runs.drive(jobs_of(plan_of("any"))[0])
+    monkeypatch.setitem(EXECUTORS._entries, "odd", lambda setup: Unstoppable(lambda: finished(result)))
+    with Evaluator(fake_runs.drive, executor="odd") as evaluator:
+        assert len(evaluator.run(jobs_of(plan_of("any")))) == 1
+    assert "executor 'odd': TypeError: " in caplog.text
+
+
 def test_registered_in_a_script(monkeypatch):
     monkeypatch.setitem(EXECUTORS._entries, "plain", fake_runs.plain_pool)
     with Evaluator(fake_runs.drive, executor="plain") as evaluator:

@@ -71,6 +71,24 @@ def test_another_model_in_the_same_file_is_another_controller(tmp_path):
     assert first[1] != second[1]
 
 
+def test_other_code_of_the_same_name_is_another_controller(tmp_path, monkeypatch):
+    monkeypatch.syspath_prepend(tmp_path)
+    code = tmp_path / "changing_code.py"
+
+    def keys(text, planner="navfn"):
+        code.write_text(text)
+        mine = ControllerSpec(name="mine", kind="changing_code:Mine")
+        world = WORLD.replace(navigation=WORLD.navigation.replace(planner={"name": planner}))
+        return [job.key for job in JobPlan((ControllerSpec(name="dwb"), mine), world).jobs(map_sets(1)[0][0])]
+
+    planners = "from gym_mapbench.planners import PLANNERS\nours = PLANNERS.get('navfn')\n"
+    first, second = keys(planners), keys(f"{planners}# mended\n")
+    assert first == keys(planners)
+    assert (first[0] == second[0], first[1] == second[1]) == (True, False)
+    first, second = keys(planners, "changing_code:ours"), keys(f"{planners}# mended\n", "changing_code:ours")
+    assert first[0] != second[0]
+
+
 def test_wrong_metrics():
     with pytest.raises(ConfigError, match="unknown metric 'tmie'; did you mean 'time'"):
         plan_of("tmie")

@@ -86,6 +86,7 @@ def test_the_noise_belongs_to_its_own_seed():
         ({"observation_keys": "goal"}, "observation_keys of a controller: expected a tuple of names, got 'goal'"),
         ({"fit": lambda config: None}, "fit of a controller: expected an EnvConfig, got None"),
         ({"act": lambda observation: "ab"}, "action: expected two numbers, got 'ab'"),
+        ({"act": lambda observation: None}, "action: expected two numbers, got None"),
         ({"status": "done"}, "status of a controller: expected running, succeeded or failed, got 'done'"),
         ({"status": "failed", "failure_kind": "goal"}, "failure_kind of a controller: expected one of .*, got 'goal'"),
     ],

@@ -163,6 +163,9 @@ def test_runs_that_ended_in_an_error_are_found(tmp_path):
         for number, outcome in enumerate(["goal", "error", "timeout", "error"]):
             store.put(f"key_{number}", RunResult(outcome, 0.0, 0.0, reason=f"reason {number}"))
         assert store.errors() == ["reason 1", "reason 3"]
+        known = len(store)
+        store.forget_errors()
+        assert (store.errors(), len(store)) == ([], known - 2)
 
 
 def test_an_error_is_one_of_the_outcome_however_the_row_is_written(tmp_path):

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import importlib
+from dataclasses import replace
 
 import pytest
 
@@ -51,6 +52,25 @@ def test_other_code_in_the_same_module_is_refused(modules, tmp_path, file, modul
     (modules / file).write_text("speed = 0.5\n")
     with pytest.raises(ConfigError, match=rf"results: expected the code of {module} as it was .* got other code"):
         resume(path)
+
+
+def test_results_that_are_remade_from_their_runs_continue_with_other_code(modules, tmp_path, caplog):
+    kind = replace(KIND, remade=True)
+    kind.begin(tmp_path / "results", DOCUMENT)
+    assert not kind.take_code(tmp_path / "results")
+    (modules / "shape.py").write_text("width = 2\n")
+    with allow_code():
+        kind.begin_or_resume(tmp_path / "results", DOCUMENT, resume=True)
+    assert kind.take_code(tmp_path / "results")
+    assert "results: the code of shape has changed: its runs" in caplog.text
+    assert not kind.take_code(tmp_path / "results")
+
+
+def test_a_refusal_has_the_command_that_begins_again(modules, tmp_path):
+    path = begun(tmp_path / "the results")
+    (modules / "shape.py").write_text("width = 2\n")
+    with allow_code(), pytest.raises(ConfigError, match=r"\(mapbench evolve --config '.*/the results' --out NEW\)$"):
+        replace(KIND, again="evolve --config {path} --out NEW").begin_or_resume(path, DOCUMENT, resume=True)
 
 
 def test_modules_without_a_file_are_left_out(modules):

@@ -280,7 +280,7 @@ def test_a_verdict_that_does_not_hold_because_of_an_error_says_so(no_robot, monk
 def test_the_command_says_what_is_wrong(tmp_path, capsys):
     argv = ["minimize", "examples/office.yaml", "--out", str(tmp_path / "out")]
     assert main([*argv, "--keep", "mpi fails"]) == 2
-    assert "did you mean 'mppi'" in capsys.readouterr().err
+    assert "minimize: --keep: unknown controller 'mpi'; did you mean 'mppi'" in capsys.readouterr().err
     assert main([*argv, "--keep", "mppi fails", "--map", "offic"]) == 2
     assert "--map: unknown map 'offic'; did you mean 'office'" in capsys.readouterr().err
     assert not (tmp_path / "out").exists()

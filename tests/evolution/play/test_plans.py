@@ -11,11 +11,14 @@ from controllers.nav2_params.values import with_values
 from evolution.cli import build_parser
 from evolution.commands import driving_options
 from evolution.driving import DriveSettings, JobPlan, ParameterFile
-from evolution.play.messages.requests import AskParameters, Session
+from evolution.play.catalogue import state_of
+from evolution.play.messages.requests import AskParameters, Session, WorldSettings
 from evolution.play.plans import FILE, Given, changed_file, command_lines, parameter_files, planned
+from evolution.play.scenes import scene_of
 from evolution.search import controllers_from
 from gym_mapbench.errors import ConfigError
 from gym_mapbench.releases import RELEASES
+from gym_mapbench.world.robot import ROBOTS
 from tests.controllers.trees import FOLLOW, PLAN, xml_of
 
 CHANGES = {"dwb": {"PathAlign.scale": 20.0}, "mppi": {"temperature": 0.4}, "rpp": {"lookahead_dist": 0.9}}
@@ -86,6 +89,23 @@ def test_variants_without_changes_share_a_command(given, session):
     shown = session_of(session, {"preset": "thesis"}, [{"name": name, "controller": name} for name in CHANGES])
     (line,) = command_lines(planned(shown, given), shown, given)
     assert "--controllers dwb,mppi,rpp --params thesis" in line
+
+
+def test_a_robot_is_known_by_its_registered_name_and_one_that_cannot_be_loaded_is_left_out(
+    given, room, session, monkeypatch, caplog
+):
+    def points():
+        return {"broken": ["no_such_module:robot"]}
+
+    monkeypatch.setitem(ROBOTS._entries, "small", ROBOTS.get("jackal").replace(radius=0.12))
+    monkeypatch.setattr(ROBOTS, "_points", points)
+    robots = state_of(given, [scene_of(room)], WorldSettings(preset="thesis"), given.controllers).robots
+    assert [one.name for one in robots] == sorted([*ROBOTS.built_in, "small"])
+    assert "not on the page: robot 'broken': no_such_module:robot cannot be loaded" in caplog.text
+    shown = session_of(session, {"preset": "thesis", "robot": "small"}, [{"name": "rpp", "controller": "rpp"}])
+    (one,) = planned(shown, given)
+    assert one.plan.settings.robot.radius == 0.12
+    assert "--robot small" in command_lines([one], shown, given)[0]
 
 
 @pytest.fixture

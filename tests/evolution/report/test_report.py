@@ -28,7 +28,7 @@ from evolution.runs import load_run
 from evolution.studies import StudySettings, load_results
 from evolution.studies.analysis.comparisons import analyse
 from evolution.studies.analysis.figures import drive_best_sets, write_study_figures
-from gym_mapbench.errors import ConfigError, RunError
+from gym_mapbench.errors import ConfigError, PluginError, RunError
 from tests.evolution.fake_study import drive, part_of, small_study
 
 pytestmark = pytest.mark.usefixtures("fake_driving")
@@ -352,6 +352,15 @@ def test_stuck_spots_by_hand():
     assert end == pytest.approx(9.0, abs=0.3)
     assert stuck_spots(drive, 0.1) == []
     assert stuck_spots(stand[:10], 0.1) == []
+
+
+def test_a_run_that_a_plugin_now_fails_in_has_no_replay(study_path, monkeypatch, caplog):
+    def drive(job):
+        raise PluginError(f"controller {job.controller.name!r}: KeyError, mine.py line 3")
+
+    monkeypatch.setattr("evolution.pictures.run_figures.drive", drive)
+    assert not any(one.episodes for one in drive_best(load_run(study_path / "runs" / "gini_6" / "seed-0000")))
+    assert "no replay of rpp on map_1: controller 'rpp': KeyError, mine.py line 3" in caplog.messages
 
 
 def test_replays_alone_need_no_verdict(study_path):

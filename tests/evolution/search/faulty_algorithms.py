@@ -68,3 +68,7 @@ class Stumbles(_Second):
 
     def _advance(self, infills: Any = None, **options: Any) -> Any:
         raise LookupError("no survivor")
+
+
+def nothing(**_options: Any) -> None:
+    """Make no algorithm."""

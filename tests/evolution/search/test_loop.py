@@ -513,6 +513,13 @@ def test_the_runs_of_the_validation_stage_are_in_the_timing(tmp_path):
     assert load_run(tmp_path).timing == timing
 
 
+def test_what_is_no_algorithm_is_told_so(tmp_path):
+    name = "tests.evolution.search.faulty_algorithms:nothing"
+    experiment = Experiment(EvolveSettings(pop_size=2, evaluations=2, shapes=SMALL, algorithm=name), CONTROLLERS, WORLD)
+    with pytest.raises(PluginError, match=f"search algorithm '{name}': expected a GeneticAlgorithm of pymoo, got None"):
+        run(tmp_path / "run", experiment)
+
+
 @pytest.mark.parametrize(
     ("fault", "message"),
     [

@@ -175,7 +175,7 @@ def test_pool_crossover_reaches_every_split():
 
 
 def test_settings_are_checked():
-    with pytest.raises(ConfigError, match="expected a sum of 1"):
+    with pytest.raises(ConfigError, match="expected probabilities with a sum of 1"):
         MutationSettings(move_probability=0.5)
     with pytest.raises(ConfigError, match="shapes_per_map"):
         MutationSettings(shapes_per_map=(3, 1))
@@ -271,7 +271,7 @@ def test_operators_are_left_out_of_a_file_if_there_are_none():
     [
         ({"dor": 0.5}, "operators: unknown mutation operator 'dor'"),
         ({"add": 0.5}, "operators: expected other operators, got 'add', which has a probability of its own"),
-        ({f"{HERE}:fill": 0.5}, "probabilities: expected a sum of 1, got move 0.25, .*fill 0.5"),
+        ({f"{HERE}:fill": 0.5}, "probabilities with a sum of 1, got move_probability 0.25, .*fill 0.5"),
         ({f"{HERE}:HERE": 0.5}, "expected a function"),
     ],
 )

@@ -10,6 +10,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
+from controllers import registry
 from controllers.nav2_params import load_preset
 from controllers.registry import relative_cost
 from evolution.driving import ControllerSpec, Evaluator, JobPlan, RunResult
@@ -18,6 +19,7 @@ from evolution.search.judging import Fitness, JudgingSettings, missing_runs
 from evolution.search.loop import evolve
 from evolution.search.settings import EvolveSettings
 from evolution.search.staging import contenders, next_stage, single_stage, stages_of
+from gym_mapbench.errors import ConfigError
 from tests.evolution.fake_runs import CONTROLLERS, SMALL, WORLD, drive
 
 SEARCH = EvolveSettings(pop_size=6, evaluations=40, shapes=SMALL)
@@ -85,6 +87,16 @@ def test_the_cheapest_controller_runs_first():
     costs = [relative_cost(name, navigation) for name in ("rpp", "graceful", "dwb", "mppi", "policy.zip")]
     assert costs == sorted(costs)
     assert relative_cost("shim_rpp", navigation) == relative_cost("rpp", navigation)
+
+
+def test_a_cost_that_is_no_number_is_refused(monkeypatch):
+    def costly():
+        """Make a controller."""
+
+    costly.relative_cost = "high"
+    monkeypatch.setitem(registry.CONTROLLERS._entries, "costly", costly)
+    with pytest.raises(ConfigError, match=r"^controller 'costly': expected relative_cost as a number, got 'high'$"):
+        relative_cost("costly", load_preset("thesis"))
     named = (ControllerSpec(name="rpp", kind="mppi"), *CONTROLLERS[:1], ControllerSpec(name="mine", kind="rpp"))
     assert stages_of(JobPlan(named, WORLD)) == ((2,), (1,), (0,))
     assert single_stage(JobPlan(named, WORLD)) == ((0, 1, 2),)

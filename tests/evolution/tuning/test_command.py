@@ -133,7 +133,7 @@ def test_a_users_file_keeps_its_comments(folder, tmp_path):
         ({"controller": "rp"}, "unknown controller 'rp'; did you mean 'rpp'?"),
         ({"controller": "dwb", "params": FILE, "only": "Pursuit"}, "unknown controller 'dwb'"),
         ({"controller": "mppi", "params": FILE}, "expected a file that configures the controller mppi, got"),
-        ({"require": "clearance>0.1"}, "--require: expected a condition like clearance>=0.1, got 'clearance>0.1'"),
+        ({"require": "clearance>0.1"}, "requirement: expected a condition like clearance>=0.1, got 'clearance>0.1'"),
         ({"space": "none.yaml"}, "none.yaml"),
     ],
 )

@@ -171,7 +171,7 @@ def test_parameters_without_a_place_in_the_file_are_left_out():
 )
 def test_bounds_that_the_controller_refuses_are_refused_before_the_first_run(name, values, message):
     space = SearchSpace.from_mapping({"parameters": {name: values}}, "space")
-    with pytest.raises(ConfigError, match=f"--space: the controller accepts no value of the search space.*{message}"):
+    with pytest.raises(ConfigError, match=f"^space: the controller accepts no value of the search space.*{message}"):
         TuningPlan("rpp", fakes.WORLD, space, fakes.maps(1, 1), fakes.maps(1, 2), TuneSettings())
 
 
