@@ -26,12 +26,14 @@ class Document:
         lines: Full dotted name of every key -> number of its line.
         repeated: Full names of the keys that one group gives twice; the last value counts, as in ROS.
         folder: Folder of the file, to which the names of other files in it are relative.
+        origins: Full name of each parameter that a section for several nodes gives a node -> its name in the file.
     """
 
     values: object
     lines: Mapping[str, int] = field(default_factory=dict)
     repeated: tuple[str, ...] = ()
     folder: Path = Path()
+    origins: Mapping[str, str] = field(default_factory=dict)
 
     def line_of(self, name: str) -> int | None:
         """Return the line number of a key, or else of the innermost group around it; None if there is neither."""
@@ -39,16 +41,20 @@ class Document:
             name = name.rpartition(".")[0]
         return self.lines.get(name)
 
-    def with_lines(self, origins: Mapping[str, str]) -> Document:
-        """Return the document with the lines of further names, each that of another name in the file."""
+    def with_origins(self, origins: Mapping[str, str]) -> Document:
+        """Return the document with further names of parameters, each of which has another name in the file."""
         lines = {name: self.lines[origin] for name, origin in origins.items() if origin in self.lines}
-        return replace(self, lines={**self.lines, **lines})
+        return replace(self, lines={**self.lines, **lines}, origins=origins)
 
     def located(self, message: str) -> str:
-        """Put the line number in front of a message that begins with the full name of a key or of a group around it."""
+        """Put the line number in front of a message that begins with the full name of a key or of a group around it.
+
+        The name becomes that in the file.
+        """
         name, *rest = message.split(": ")
         while rest and f"{name}.{rest[0]}" in self.lines:
             name = f"{name}.{rest.pop(0)}"
+        name = written_name(name, self.origins)
         line = self.line_of(name)
         return message if line is None else f"line {line}: {': '.join([name, *rest])}"
 
@@ -76,6 +82,25 @@ def read_document(path: str | Path, defines: Mapping[str, str] | None = None) ->
     times = Counter(name for name, _ in given)
     repeated = tuple(name for name, number in times.items() if number > 1)
     return Document(values, dict(given), repeated, Path(path).parent)
+
+
+def written_name(name: str, origins: Mapping[str, str]) -> str:
+    """Return the name that a parameter or group has in the file: its own if its own section gives a part of it.
+
+    A name that the file does not have is named after the innermost group around it that the file has.
+
+    Args:
+        name: Full name.
+        origins: See :class:`Document`.
+    """
+    group = name
+    while group:
+        given = [one for one in origins if one == group or one.startswith(f"{group}.")]
+        names = {origins[one].removesuffix(one[len(group) :]) for one in given}
+        if names:
+            return name if group in names else min(names) + name[len(group) :]
+        group = group.rpartition(".")[0]
+    return name
 
 
 def refuse_bomb(document: object) -> None:

@@ -1192,8 +1192,24 @@ def test_parameters_for_every_node_count_for_each_section_that_reads_them(write)
         "/**.x": ("unknown", ""),
     }
     wrong = write("/**: {ros__parameters: {controller_frequency: fast}}\ncontroller_server: {ros__parameters: {}}")
-    with pytest.raises(ConfigError, match=r"line 1: controller_server\.controller_frequency: "):
+    with pytest.raises(ConfigError, match=r"line 1: /\*\*\.controller_frequency: "):
         read_nav2_params(wrong)
+
+
+@pytest.mark.parametrize(
+    ("wild", "own", "words"),
+    [
+        ("controller_plugins: [], failure_tolerance: fast", "{}", r"line 1: /\*\*\.failure_tolerance: expected a v"),
+        ("FollowPath: {desired_linear_vel: 0.3}", "{}", r"line 1: /\*\*\.FollowPath\.critics: expected at least one"),
+        ("controller_plugins: [A], A: {x: 1}", "{}", r"line 1: /\*\*\.A\.plugin: expected the class of this contr"),
+        ("x: 1", "{controller_plugins: [A]}", r"line 2: controller_server\.A\.plugin: expected the class"),
+        ("A: {x: 1}", "{controller_plugins: [A], A: {y: 1}}", r"line 2: controller_server\.A\.plugin: expected the c"),
+    ],
+)
+def test_an_error_names_the_section_in_which_the_user_wrote_the_parameter(write, wild, own, words):
+    path = write(f"/**: {{ros__parameters: {{{wild}}}}}\ncontroller_server: {{ros__parameters: {own}}}\n")
+    with pytest.raises(ConfigError, match=words):
+        read_nav2_params(path)
 
 
 def test_of_a_section_and_a_wildcard_the_later_counts_as_in_ros():
