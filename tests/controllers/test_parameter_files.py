@@ -17,7 +17,7 @@ from controllers.nav2_params.migration import migrate_file
 from controllers.nav2_params.presets import read_preset
 from controllers.releases import RELEASES
 from gym_mapbench.errors import ConfigError
-from gym_mapbench.ros_params import fill_templates, parse_defines
+from gym_mapbench.ros_params import fill_templates, nest_dotted, parse_defines
 from gym_mapbench.ros_params.templates import find_template
 from gym_mapbench.world.robot import RobotSpec
 from tests.oracle_data import DATA, needs_data
@@ -1210,6 +1210,40 @@ def test_an_error_names_the_section_in_which_the_user_wrote_the_parameter(write,
     path = write(f"/**: {{ros__parameters: {{{wild}}}}}\ncontroller_server: {{ros__parameters: {own}}}\n")
     with pytest.raises(ConfigError, match=words):
         read_nav2_params(path)
+
+
+@pytest.mark.parametrize("misspelt", ["ros_parameters", "ROS__PARAMETERS", "ros__parameter"])
+@pytest.mark.parametrize("section", ["controller_server", "planner_server", "local_costmap.local_costmap"])
+def test_a_section_with_a_misspelt_group_of_parameters_is_refused_and_not_taken_from_a_preset(section, misspelt):
+    node_ = {misspelt: {"use_sim_time": True, "FollowPath": RPP}}
+    document = {"bt_navigator": node(), **nest_dotted({section: node_})}
+    with pytest.raises(ConfigError, match=rf"^{section}: expected a group 'ros__parameters' in it.*got '{misspelt}'"):
+        parse_nav2_params(document)
+
+
+@pytest.mark.parametrize("values", [{"controller_frequency": 5.0}, {"FollowPath": RPP}])
+def test_a_section_without_the_group_of_parameters_is_refused_and_not_taken_from_a_preset(values):
+    with pytest.raises(ConfigError, match="^controller_server: expected a group 'ros__parameters' in it, as in ROS$"):
+        parse_nav2_params({"bt_navigator": node(), "controller_server": values})
+
+
+@pytest.mark.parametrize(
+    ("group", "values", "unused"),
+    [
+        ("goal_checker", {"plugin": "nav2_controller::SimpleGoalChecker", "trans_stopped_velocity": 0.1}, 1),
+        ("goal_checker", {"plugin": "nav2_controller::StoppedGoalChecker", "trans_stopped_velocity": 0.1}, 0),
+        ("goal_checker", {"plugin": "nav2_controller::PositionGoalChecker", "yaw_goal_tolerance": 0.1}, 1),
+        ("goal_checker", {"plugin": "nav2_controller::SimpleGoalChecker", "fine_xy_goal_tolerance": 0.1}, 1),
+        ("progress_checker", {"plugin": "nav2_controller::SimpleProgressChecker", "required_movement_angle": 0.1}, 1),
+        ("progress_checker", {"plugin": "nav2_controller::PoseProgressChecker", "required_movement_angle": 0.1}, 0),
+        ("FollowPath", {**DWB, "critics": ["PathDist"], "GoalDist.scale": 2.0}, 1),
+        ("FollowPath", {**DWB, "critics": ["PathDist"], "PathDist.scale": 2.0}, 0),
+    ],
+)
+def test_parameters_of_other_checkers_and_of_unlisted_critics_are_named_as_unused(group, values, unused):
+    read = parse_nav2_params({"controller_server": node(**{group: values})})
+    last = [key for key in values if key not in ("plugin", "critics")][-1]
+    assert read.named("unused") == ((f"controller_server.{group}.{last}",) * unused)
 
 
 def test_of_a_section_and_a_wildcard_the_later_counts_as_in_ros():
