@@ -15,7 +15,6 @@ from gym_mapbench.quantities import NonNegative
 from gym_mapbench.ros_params import Keys, RosNames, in_every_release, since
 from gym_mapbench.settings import ExtendedSettings, Settings
 
-
 _HEADING = frozenset({"yaw_goal_tolerance", "symmetric_yaw_tolerance"})
 _STANDING = frozenset({"trans_stopped_velocity", "rot_stopped_velocity"})
 _OF_AXIS = frozenset({"along_path_tolerance", "cross_track_tolerance", "is_overshoot_valid"})

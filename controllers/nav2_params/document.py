@@ -25,6 +25,8 @@ class Document:
         values: The content of the YAML file.
         lines: Full dotted name of every key -> number of its line.
         repeated: Full names of the keys that one group gives twice; the last value counts, as in ROS.
+        regrouped: Those of them that are groups; of such a group, ROS merges both.
+        aliased: Full name of each key whose value stands elsewhere (``*name``, ``<<``) -> whether it is a single value.
         folder: Folder of the file, to which the names of other files in it are relative.
         origins: Full name of each parameter that a section for several nodes gives a node -> its name in the file.
     """
@@ -32,6 +34,8 @@ class Document:
     values: object
     lines: Mapping[str, int] = field(default_factory=dict)
     repeated: tuple[str, ...] = ()
+    regrouped: tuple[str, ...] = ()
+    aliased: Mapping[str, bool] = field(default_factory=dict)
     folder: Path = Path()
     origins: Mapping[str, str] = field(default_factory=dict)
 
@@ -78,10 +82,17 @@ def read_document(path: str | Path, defines: Mapping[str, str] | None = None) ->
             raise
         raise no_value(f"line {found[0]}", found[1]) from None
     keys = [] if node is None else list(_keys(node, ""))
-    given = [(name, mark.line + 1) for name, mark, merged in keys if not merged]
-    times = Counter(name for name, _ in given)
+    times = Counter(name for name, _, _ in keys)
     repeated = tuple(name for name, number in times.items() if number > 1)
-    return Document(values, dict(given), repeated, Path(path).parent)
+    groups = {name for name, _, value in keys if isinstance(value, yaml.MappingNode)}
+    return Document(
+        values,
+        lines={name: key.start_mark.line + 1 for name, key, _ in keys},
+        repeated=repeated,
+        regrouped=tuple(name for name in repeated if name in groups),
+        aliased={} if node is None else dict(_aliased(node, "")),
+        folder=Path(path).parent,
+    )
 
 
 def written_name(name: str, origins: Mapping[str, str]) -> str:
@@ -121,15 +132,26 @@ def refuse_bomb(document: object) -> None:
             pending.extend(value)
 
 
-def _keys(node: yaml.Node, prefix: str) -> Iterator[tuple[str, yaml.Mark, bool]]:
-    """Yield the full name and place of every key, and whether a merge (``<<``) brought it from elsewhere."""
-    if not isinstance(node, yaml.MappingNode):
-        return
-    for key, value in node.value:
-        if key.value == PARAMETERS:
-            yield from _keys(value, prefix)
-            continue
-        name = f"{prefix}{key.value}"
-        merged = not node.start_mark.index <= key.start_mark.index <= node.end_mark.index
-        yield name, key.start_mark, merged
+def _keys(node: yaml.Node, prefix: str) -> Iterator[tuple[str, yaml.Node, yaml.Node]]:
+    """Yield the full name of every key, the key and the value, without keys that a merge (``<<``) brought."""
+    for key, value in node.value if isinstance(node, yaml.MappingNode) else ():
+        name = prefix.removesuffix(".") if key.value == PARAMETERS else f"{prefix}{key.value}"
+        if key.value != PARAMETERS and not _is_merged(node, key):
+            yield name, key, value
         yield from _keys(value, f"{name}.")
+
+
+def _aliased(node: yaml.Node, prefix: str) -> Iterator[tuple[str, bool]]:
+    """Yield the full name of every key whose value stands elsewhere, and whether that is a single value."""
+    for key, value in node.value if isinstance(node, yaml.MappingNode) else ():
+        name = prefix.removesuffix(".") if key.value == PARAMETERS else f"{prefix}{key.value}"
+        items = value.value if isinstance(value, yaml.SequenceNode) else []
+        places = [value.start_mark.index, *(item.start_mark.index for item in items)]
+        if _is_merged(node, key) or min(places) < key.start_mark.index:
+            yield name, isinstance(value, yaml.ScalarNode)
+        yield from _aliased(value, f"{name}.")
+
+
+def _is_merged(group: yaml.MappingNode, key: yaml.Node) -> bool:
+    """Whether a merge (``<<``) brought a key into a group."""
+    return not group.start_mark.index <= key.start_mark.index <= group.end_mark.index

@@ -387,4 +387,5 @@ def test_what_is_written_for_lyrical_reads_back_the_same(navigation):
     read = parse_nav2_params(write_nav2_params(navigation), release="lyrical")
     assert read.navigation == navigation
     told = {finding.name for finding in read.findings if finding.kind not in ("ros_only", "unused")}
-    assert told <= {"controller_server.controller_plugins"}  # an empty list, with which Nav2 does not start
+    # An empty list, with which Nav2 does not start, and a controller for which the default tree does not ask.
+    assert told <= {"controller_server.controller_plugins", "controller_server.FollowPath"}

@@ -971,7 +971,7 @@ def test_the_summary_fits_one_screen_and_verbose_names_everything(write):
     ):
         assert said in text
     assert "controller_server.FollowPath.vx_mx (line 8); did you mean 'vx_max'?" in text
-    assert "61 that are no parameters of their plugin" in text
+    assert "stray5 (line 14) and 54 more" in text
     assert "stray59" not in text
     assert "stray59" in "\n".join(summarise(read, RobotSpec(), verbose=True))
 
@@ -1223,7 +1223,7 @@ def test_a_section_with_a_misspelt_group_of_parameters_is_refused_and_not_taken_
 
 @pytest.mark.parametrize("values", [{"controller_frequency": 5.0}, {"FollowPath": RPP}])
 def test_a_section_without_the_group_of_parameters_is_refused_and_not_taken_from_a_preset(values):
-    with pytest.raises(ConfigError, match="^controller_server: expected a group 'ros__parameters' in it, as in ROS$"):
+    with pytest.raises(ConfigError, match=r"^controller_server: expected a group 'ros__parameters' in it, as in ROS$"):
         parse_nav2_params({"bt_navigator": node(), "controller_server": values})
 
 
@@ -1244,6 +1244,58 @@ def test_parameters_of_other_checkers_and_of_unlisted_critics_are_named_as_unuse
     read = parse_nav2_params({"controller_server": node(**{group: values})})
     last = [key for key in values if key not in ("plugin", "critics")][-1]
     assert read.named("unused") == ((f"controller_server.{group}.{last}",) * unused)
+
+
+def test_a_group_that_comes_twice_is_named_as_ros_and_the_launch_files_read_it_differently(write):
+    twice = "controller_server: {ros__parameters: {controller_frequency: %s}}\n"
+    read = read_nav2_params(write(twice % 5.0 + twice % 7.0))
+    assert read.navigation.controller_server.controller_frequency == 7.0
+    lines = summarise(read)
+    why = "an earlier group of this name, as with nav2_bringup's launch files; ROS alone merges both"
+    assert f"left out: controller_server (line 2): {why}" in lines
+
+
+def test_aliases_are_named_as_ros_reads_none(write):
+    path = write(
+        "common: &common {use_sim_time: true, controller_frequency: &rate 5.0}\n"
+        "controller_server:\n  ros__parameters:\n    <<: *common\n    failure_tolerance: *rate\n"
+        "    controller_plugins: &names [FollowPath]\n    FollowPath: {plugin: 'dwb_core::DWBLocalPlanner',"
+        " critics: [PathDist], short_circuit_trajectory_evaluation: true}\n"
+        "planner_server:\n  ros__parameters: {planner_plugins: *names, FollowPath: {plugin: x/NavfnPlanner}}"
+    )
+    read = read_nav2_params(path)
+    assert read.navigation.controller_server.failure_tolerance == 5.0
+    server = "controller_server"
+    single = ("use_sim_time (line 2)", "controller_frequency (line 2)", "failure_tolerance (line 5)")
+    named = ", ".join(f"{server}.{name}" for name in single)
+    assert [line for line in summarise(read) if "alias" in line] == [
+        f"ROS reads no alias: {named}: nav2_bringup's launch files write the value out",
+        "ROS reads no alias: planner_server.planner_plugins (line 9)",
+    ]
+
+
+def test_a_footprint_that_is_a_list_is_named_as_nav2_reads_a_text():
+    corners = [[0.2, 0.2], [0.2, -0.2], [-0.2, 0.0]]
+    name = "local_costmap.local_costmap.footprint"
+    document = {"local_costmap": {"local_costmap": node(footprint=corners)}}
+    assert found(document)[name] == ("mistyped", f'expected a text; write "{corners}"')
+    assert name not in found({"local_costmap": {"local_costmap": node(footprint=str(corners))}})
+
+
+def test_a_file_with_one_controller_that_the_default_tree_does_not_ask_for_is_told():
+    one = {"controller_server": node(controller_plugins=["Follow"], Follow=RPP)}
+    assert found(one)["controller_server.FollowPath"] == ("missing", "expected in controller_plugins")
+    named = {**one, "bt_navigator": node(default_nav_to_pose_bt_xml="/nowhere/mine.xml")}
+    several = {"controller_server": node(controller_plugins=["A", "B"], A=RPP, B=DWB)}
+    assert parse_nav2_params(named).named("missing") == parse_nav2_params(several).named("missing") == ()
+
+
+def test_a_misspelt_controller_class_is_refused_with_the_nearest(write):
+    path = write(with_controller({**DWB, "plugin": "dwb_core::DwbLocalPlanner"}))
+    with pytest.raises(
+        ConfigError, match=r"'dwb_core::DwbLocalPlanner' is not built here \(did you mean 'dwb_core::DWB"
+    ):
+        read_nav2_params(path)
 
 
 def test_of_a_section_and_a_wildcard_the_later_counts_as_in_ros():
