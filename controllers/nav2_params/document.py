@@ -9,6 +9,7 @@ from pathlib import Path
 
 import yaml
 
+from controllers.nav2_params.yaml_edits import is_merged
 from gym_mapbench.errors import ConfigError
 from gym_mapbench.files.documents import MAX_VALUES, parse_yaml, read_document_text
 from gym_mapbench.ros_params import fill_templates, first_unreadable, no_value
@@ -136,7 +137,7 @@ def _keys(node: yaml.Node, prefix: str) -> Iterator[tuple[str, yaml.Node, yaml.N
     """Yield the full name of every key, the key and the value, without keys that a merge (``<<``) brought."""
     for key, value in node.value if isinstance(node, yaml.MappingNode) else ():
         name = prefix.removesuffix(".") if key.value == PARAMETERS else f"{prefix}{key.value}"
-        if key.value != PARAMETERS and not _is_merged(node, key):
+        if key.value != PARAMETERS and not is_merged(node, key):
             yield name, key, value
         yield from _keys(value, f"{name}.")
 
@@ -147,11 +148,6 @@ def _aliased(node: yaml.Node, prefix: str) -> Iterator[tuple[str, bool]]:
         name = prefix.removesuffix(".") if key.value == PARAMETERS else f"{prefix}{key.value}"
         items = value.value if isinstance(value, yaml.SequenceNode) else []
         places = [value.start_mark.index, *(item.start_mark.index for item in items)]
-        if _is_merged(node, key) or min(places) < key.start_mark.index:
+        if is_merged(node, key) or min(places) < key.start_mark.index:
             yield name, isinstance(value, yaml.ScalarNode)
         yield from _aliased(value, f"{name}.")
-
-
-def _is_merged(group: yaml.MappingNode, key: yaml.Node) -> bool:
-    """Whether a merge (``<<``) brought a key into a group."""
-    return not group.start_mark.index <= key.start_mark.index <= group.end_mark.index

@@ -8,6 +8,8 @@ from typing import Any, NamedTuple
 
 import yaml
 
+from gym_mapbench.errors import ConfigError
+
 
 class Entry(NamedTuple):
     """One parameter of a node.
@@ -44,6 +46,8 @@ def entries(group: yaml.Node, prefix: str = "") -> Iterator[Entry]:
 class Edits:
     """Changes of one text, which are made all at once.
 
+    A value that stands elsewhere (``*name``, ``<<``) cannot be changed: others may share it.
+
     Args:
         text: The text before the changes.
     """
@@ -59,10 +63,12 @@ class Edits:
 
     def replace(self, entry: Entry, text: str) -> None:
         """Give a parameter another value, on the line of its key."""
+        _refuse_alias(entry)
         self._changes[entry.key.end_mark.index, _end(entry.value)] = f": {text}"
 
     def remove(self, entry: Entry) -> None:
         """Take a parameter or a group out, with the rest of its last line."""
+        _refuse_alias(entry)
         if entry.group.flow_style:
             self._remove_in_braces(entry)
             return
@@ -70,8 +76,12 @@ class Edits:
         self._removed_from.setdefault(id(entry.group), {})[id(entry.key)] = entry
 
     def insert(self, group: yaml.MappingNode, name: str, value: Any) -> None:
-        """Put a new parameter in front of the first one of a group."""
-        first = group.value[0][0].start_mark
+        """Put a new parameter in front of the first one that stands in a group."""
+        places = [key.start_mark for key, _ in group.value if not is_merged(group, key)]
+        if not places:
+            line = group.start_mark.line + 1
+            raise ConfigError(f"line {line}: expected a parameter beside the merge (<<), which {name} is to go beside")
+        first = places[0]
         line = f"{name}: {as_yaml(value)}"
         after = ", " if group.flow_style else "\n" + " " * first.column
         at = (first.index, first.index)
@@ -147,6 +157,17 @@ class Edits:
         else:
             start = _end(entry.group.value[position - 1][1]) if position else entry.key.start_mark.index
             self._changes[start, _end(entry.value)] = ""
+
+
+def is_merged(group: yaml.MappingNode, key: yaml.Node) -> bool:
+    """Whether a merge (``<<``) brought a key into a group."""
+    return not group.start_mark.index <= key.start_mark.index <= group.end_mark.index
+
+
+def _refuse_alias(entry: Entry) -> None:
+    """Refuse to change a parameter whose value stands elsewhere."""
+    if is_merged(entry.group, entry.key) or entry.value.start_mark.index < entry.key.start_mark.index:
+        raise ConfigError(f"line {entry.line}: {entry.name}: expected the value itself, got an alias of YAML")
 
 
 def as_yaml(value: Any) -> str:
