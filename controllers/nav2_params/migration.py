@@ -9,7 +9,7 @@ Source: Nav2's migration guides, and the tables of the controllers' own paramete
 from __future__ import annotations
 
 from collections.abc import Iterator, Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from fnmatch import fnmatchcase
 from pathlib import Path
 from typing import Any
@@ -47,12 +47,13 @@ from controllers.nav2_params.smoother_migration import migrate_smoothers
 from controllers.nav2_params.tree_file import NAVIGATOR
 from controllers.nav2_params.tree_ids import PROGRESS_CHECKER
 from controllers.nav2_params.wildcard_migration import (
+    SERVER,
     Nodes,
     nodes_of,
     refuse_shared_name,
-    refuse_split_controllers,
+    split_controllers,
 )
-from controllers.nav2_params.wildcards import share
+from controllers.nav2_params.wildcards import giving_sections, share
 from controllers.nav2_params.yaml_edits import Edits, Entry, as_yaml, entries
 from controllers.releases import Release
 from gym_mapbench.errors import ConfigError
@@ -108,7 +109,7 @@ def migrate_file(path: str | Path, target: Release, source: Release | None = Non
         work.tell(kilted, "a key of Kilted, which publishes TwistStamped by default")
     try:
         groups = [] if root is None else list(parameter_groups(root, ""))
-        refuse_split_controllers(groups, work)
+        work.parts = split_controllers(groups, giving_sections(nodes, SERVER), work)
         for full, key, group in groups:
             _migrate_node(work, full, key, group, _inflation_layer(shared.nodes))
     except ConfigError as error:
@@ -155,7 +156,12 @@ def _migrate_node(
         work.say(full, key.start_mark.line + 1, f"renamed to {OLD_NODES[node]}")
         _rename_behaviors(work, full, group)
     nodes = nodes_of(full, group)
-    controllers = controllers_in(full, group) if "controller_server" in nodes else {}
+    if SERVER not in nodes and any(part.section == full for parts in work.parts.values() for part in parts):
+        nodes = (*nodes, SERVER)
+    controllers = {
+        name: replace(controller, parts=work.parts.get(controller.full, ()))
+        for name, controller in (controllers_in(full, group) if SERVER in nodes else {}).items()
+    }
     for entry in entries(group):
         _migrate_entry(work, full, nodes, entry)
     if MONITOR in nodes:
