@@ -159,9 +159,10 @@ class Edits:
             self._changes[start, _end(entry.value)] = ""
 
 
-def is_merged(group: yaml.MappingNode, key: yaml.Node) -> bool:
+def is_merged(group: yaml.Node, key: yaml.Node) -> bool:
     """Whether a merge (``<<``) brought a key into a group."""
-    return not group.start_mark.index <= key.start_mark.index <= group.end_mark.index
+    start: int = key.start_mark.index
+    return not group.start_mark.index <= start <= group.end_mark.index
 
 
 def _refuse_alias(entry: Entry) -> None:

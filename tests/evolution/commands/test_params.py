@@ -395,3 +395,24 @@ def test_a_parameter_is_not_inserted_into_a_merged_group(tmp_path, capsys):
     text = capsys.readouterr().out
     assert shared in text
     assert "    enable_stamped_cmd_vel: false\n    max_accel: [2.0, 0.0, 3.0]\n" in text
+
+
+@pytest.mark.parametrize(
+    ("text", "words"),
+    [
+        (
+            "controller_server:\n  ros__parameters:\n    FollowPath.plugin: 'nav2_mppi_controller::MPPIController'\n"
+            "    FollowPath: {vx_max: 0.4}\n",
+            "controller_server.FollowPath.plugin: expected in a group 'FollowPath', got a dotted name beside it",
+        ),
+        (
+            "local_costmap:\n  local_costmap:\n    ros__parameters:\n      robot_radius: {{ radius }}\n",
+            "line 4: expected a value or quotes around the template {{ radius }}",
+        ),
+    ],
+)
+def test_what_a_conversion_cannot_read_is_named(tmp_path, capsys, text, words):
+    path = tmp_path / "params.yaml"
+    path.write_text(text)
+    assert main(["params", "convert", str(path), "--to", "lyrical", "--nav2", "humble"]) == 2
+    assert words in capsys.readouterr().err
