@@ -46,7 +46,7 @@ def entries(group: yaml.Node, prefix: str = "") -> Iterator[Entry]:
 class Edits:
     """Changes of one text, which are made all at once.
 
-    A value that stands elsewhere (``*name``, ``<<``) cannot be changed: others may share it.
+    A value that stands elsewhere (``*name``, ``<<``), or stands for others (``&name``), cannot be changed.
 
     Args:
         text: The text before the changes.
@@ -63,12 +63,12 @@ class Edits:
 
     def replace(self, entry: Entry, text: str) -> None:
         """Give a parameter another value, on the line of its key."""
-        _refuse_alias(entry)
+        self._refuse_shared(entry)
         self._changes[entry.key.end_mark.index, _end(entry.value)] = f": {text}"
 
     def remove(self, entry: Entry) -> None:
         """Take a parameter or a group out, with the rest of its last line."""
-        _refuse_alias(entry)
+        self._refuse_shared(entry)
         if entry.group.flow_style:
             self._remove_in_braces(entry)
             return
@@ -119,6 +119,14 @@ class Edits:
             text, behind = text[:start] + self._changes[start, end] + text[end:], start
         return text
 
+    def _refuse_shared(self, entry: Entry) -> None:
+        """Refuse to change a parameter whose value stands elsewhere, or may stand for others."""
+        start: int = entry.value.start_mark.index
+        is_alias = is_merged(entry.group, entry.key) or start < entry.key.start_mark.index
+        if is_alias or self.text[start : start + 1] == "&":
+            got = "an alias" if is_alias else "an anchor"
+            raise ConfigError(f"line {entry.line}: {entry.name}: expected a value alone, got {got} of YAML")
+
     def _lines(self, entry: Entry) -> tuple[int, int]:
         """Return where the lines of a parameter in block style begin and end."""
         end = self.text.find("\n", max(_end(entry.value), entry.key.end_mark.index))
@@ -163,12 +171,6 @@ def is_merged(group: yaml.Node, key: yaml.Node) -> bool:
     """Whether a merge (``<<``) brought a key into a group."""
     start: int = key.start_mark.index
     return not group.start_mark.index <= start <= group.end_mark.index
-
-
-def _refuse_alias(entry: Entry) -> None:
-    """Refuse to change a parameter whose value stands elsewhere."""
-    if is_merged(entry.group, entry.key) or entry.value.start_mark.index < entry.key.start_mark.index:
-        raise ConfigError(f"line {entry.line}: {entry.name}: expected the value itself, got an alias of YAML")
 
 
 def as_yaml(value: Any) -> str:

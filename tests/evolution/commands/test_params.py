@@ -380,7 +380,10 @@ def test_a_conversion_refuses_to_change_an_alias_and_keeps_the_others(tmp_path, 
     own = "controller_server:\n  ros__parameters:\n    failure_tolerance: &t 0.3\n    controller_frequency: *t\n"
     path.write_text(f"{shared}{own}    <<: *shared\n")
     assert main(["params", "convert", str(path), "--to", "jazzy", "--nav2", "humble"]) == 2
-    assert "line 1: progress_checker_plugin: expected the value itself, got an alias of YAML" in capsys.readouterr().err
+    assert "line 1: progress_checker_plugin: expected a value alone, got an alias of YAML" in capsys.readouterr().err
+    path.write_text(f"{own}    progress_checker_plugin: &name progress_checker\n    speed_limit_topic: *name\n")
+    assert main(["params", "convert", str(path), "--to", "jazzy", "--nav2", "humble"]) == 2
+    assert "line 5: progress_checker_plugin: expected a value alone, got an anchor of YAML" in capsys.readouterr().err
     path.write_text(f"{own}    progress_checker_plugin: progress_checker\n")
     assert main(["params", "convert", str(path), "--to", "jazzy", "--nav2", "humble", "--out", str(new)]) == 0
     assert new.read_text() == f"{own}    progress_checker_plugins: [progress_checker]\n"
