@@ -15,6 +15,20 @@ from gym_mapbench.quantities import NonNegative
 from gym_mapbench.ros_params import Keys, RosNames, in_every_release, since
 from gym_mapbench.settings import ExtendedSettings, Settings
 
+_HEADING = frozenset({"yaw_goal_tolerance", "symmetric_yaw_tolerance"})
+_STANDING = frozenset({"trans_stopped_velocity", "rot_stopped_velocity"})
+_OF_AXIS = frozenset({"along_path_tolerance", "cross_track_tolerance", "is_overshoot_valid"})
+_OF_ADAPTIVE = frozenset({"fine_xy_goal_tolerance", "coarse_xy_goal_tolerance", "required_stagnation_cycles"})
+_ONE_TOLERANCE = frozenset({"xy_goal_tolerance", "xy_goal_tolerance_buffer"})
+UNREAD_GOAL: Mapping[str, frozenset[str]] = {
+    "simple": _STANDING | _OF_AXIS | _OF_ADAPTIVE,
+    "stopped": _OF_AXIS | _OF_ADAPTIVE,
+    "position": _HEADING | _STANDING | _OF_AXIS | _OF_ADAPTIVE,
+    "axis": _HEADING | _STANDING | _OF_ADAPTIVE | _ONE_TOLERANCE | {"stateful"},
+    "adaptive": _OF_AXIS | _ONE_TOLERANCE,
+}
+"""Goal checker -> parameters of the others, which it does not read."""
+
 
 class ProgressChecker(Settings):
     """The progress checker: whether the robot still makes progress.
@@ -30,6 +44,11 @@ class ProgressChecker(Settings):
     required_movement_radius: NonNegative = 0.5
     movement_time_allowance: NonNegative = 10.0
     required_movement_angle: NonNegative = 0.5
+
+    @property
+    def unread(self) -> Mapping[str, str]:
+        """Parameters that the plugin does not read -> why."""
+        return {} if self.plugin == "pose" else {"required_movement_angle": "only PoseProgressChecker reads it"}
 
 
 class GoalChecker(ExtendedSettings):
@@ -82,6 +101,11 @@ class GoalChecker(ExtendedSettings):
     fine_xy_goal_tolerance: NonNegative = 0.10
     coarse_xy_goal_tolerance: NonNegative = 0.25
     required_stagnation_cycles: Annotated[int, Field(ge=1)] = 15
+
+    @property
+    def unread(self) -> Mapping[str, str]:
+        """Parameters that the plugin does not read -> why."""
+        return dict.fromkeys(UNREAD_GOAL[self.plugin], "only other goal checkers read it")
 
     @property
     def tolerance(self) -> float:

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
+
 from pydantic import field_validator
 
 from gym_mapbench.errors import ConfigError, refuse_unknown
@@ -27,9 +29,10 @@ class SettingsWithCritics(ReleaseSettings):
         return value
 
     @property
-    def unread(self) -> frozenset[str]:
-        """Names of the critics that are not listed; Nav2 does not read their parameters."""
-        return frozenset(self.critic_names()) - frozenset(self.critics)  # type: ignore[attr-defined]
+    def unread(self) -> Mapping[str, str]:
+        """Names of the critics that are not listed, and whose parameters Nav2 does not read -> why."""
+        unlisted = set(self.critic_names()) - set(self.critics)  # type: ignore[attr-defined]
+        return dict.fromkeys(unlisted, "critics does not list it")
 
     @classmethod
     def critic_names(cls) -> tuple[str, ...]:

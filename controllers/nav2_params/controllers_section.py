@@ -18,12 +18,19 @@ from controllers.mppi.release_tables import HANDLED
 from controllers.nav2_params import keys
 from controllers.nav2_params.navigation import ControllerServer
 from controllers.nav2_params.plugin_settings import ControllerPlugin
-from controllers.nav2_params.plugins import CONTROLLERS, controller_kind, is_shim, primary_class, strays
+from controllers.nav2_params.plugins import (
+    CONTROLLERS,
+    controller_kind,
+    is_shim,
+    names_in_ros,
+    primary_class,
+    strays,
+)
 from controllers.nav2_params.tree_ids import CONTROLLER, GOAL_CHECKER, PATH_HANDLER, PROGRESS_CHECKER, TreeIds
 from controllers.path_handler import PATH_HANDLER_ID, PATH_HANDLER_KEYS, PATH_HANDLERS, PathHandler
 from controllers.rotation_shim.plugin import PRIMARY, unfold
 from gym_mapbench.errors import ConfigError
-from gym_mapbench.ros_params import Section, parameter_names, take_class
+from gym_mapbench.ros_params import Section, nearest_class, parameter_names, take_class
 
 TREES_CHOICE = "FollowPath"
 """The controller that Nav2's default tree asks for."""
@@ -122,7 +129,9 @@ def _read_controller(group: Section, has_default: bool, handler: Mapping[str, An
     kind = controller_kind(group.values)
     if kind is None:
         key, ros_class = (PRIMARY, primary_class(group.values)) if shim else ("plugin", group.values["plugin"])
-        return f"{group.name}.{key}: the controller {str(ros_class)!r} is not built here"
+        near = nearest_class(ros_class, names_in_ros(CONTROLLERS))
+        hint = f" (did you mean {near!r}?)" if near else ""
+        return f"{group.name}.{key}: the controller {str(ros_class)!r} is not built here{hint}"
     group.values.pop("plugin", None)
     inherited = {key: value for key, value in handler.items() if key in CONTROLLERS[kind].parameters}
     group.values = {**inherited, **group.values}

@@ -73,6 +73,7 @@ def read_costmap(section: Section, filters: FiltersFound) -> CostmapParams:
         built[layer.kind] = _read_layer(layer, data_type)
     section.leave_groups()
     _bound_map_values(section)
+    _tell_footprint(section)
     scalars = [name for name in parameter_names(CostmapParams) if "." not in name and name not in COLLECTED]
     kinds = {layer.name: layer.kind for layer in layers}
     plugins = (kinds.get(name, name) for name in names if name in kinds or filters.work_among_layers(name))
@@ -94,6 +95,13 @@ def _bound_map_values(section: Section) -> None:
         section.values["unknown_cost_value"] = unknown % 256
         why = f"taken as {unknown % 256}: Nav2 keeps an unsigned byte"
         section.findings.add("replaced", f"{section.name}.unknown_cost_value", why)
+
+
+def _tell_footprint(section: Section) -> None:
+    """List a footprint that is a list: the parameter is a text."""
+    corners = section.values.get("footprint")
+    if isinstance(corners, list) and corners:
+        section.findings.add("mistyped", f"{section.name}.footprint", f'expected a text; write "{corners}"')
 
 
 def _find_layers(section: Section, names: tuple[str, ...], filters: Collection[str]) -> list[Layer]:

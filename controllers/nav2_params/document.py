@@ -9,6 +9,7 @@ from pathlib import Path
 
 import yaml
 
+from controllers.nav2_params.yaml_edits import is_merged
 from gym_mapbench.errors import ConfigError
 from gym_mapbench.files.documents import MAX_VALUES, parse_yaml, read_document_text
 from gym_mapbench.ros_params import fill_templates, first_unreadable, no_value
@@ -25,13 +26,19 @@ class Document:
         values: The content of the YAML file.
         lines: Full dotted name of every key -> number of its line.
         repeated: Full names of the keys that one group gives twice; the last value counts, as in ROS.
+        regrouped: Those of them that are groups; of such a group, ROS merges both.
+        aliased: Full name of each key whose value stands elsewhere (``*name``, ``<<``) -> whether it is a single value.
         folder: Folder of the file, to which the names of other files in it are relative.
+        origins: Full name of each parameter that a section for several nodes gives a node -> its name in the file.
     """
 
     values: object
     lines: Mapping[str, int] = field(default_factory=dict)
     repeated: tuple[str, ...] = ()
+    regrouped: tuple[str, ...] = ()
+    aliased: Mapping[str, bool] = field(default_factory=dict)
     folder: Path = Path()
+    origins: Mapping[str, str] = field(default_factory=dict)
 
     def line_of(self, name: str) -> int | None:
         """Return the line number of a key, or else of the innermost group around it; None if there is neither."""
@@ -39,16 +46,20 @@ class Document:
             name = name.rpartition(".")[0]
         return self.lines.get(name)
 
-    def with_lines(self, origins: Mapping[str, str]) -> Document:
-        """Return the document with the lines of further names, each that of another name in the file."""
+    def with_origins(self, origins: Mapping[str, str]) -> Document:
+        """Return the document with further names of parameters, each of which has another name in the file."""
         lines = {name: self.lines[origin] for name, origin in origins.items() if origin in self.lines}
-        return replace(self, lines={**self.lines, **lines})
+        return replace(self, lines={**self.lines, **lines}, origins=origins)
 
     def located(self, message: str) -> str:
-        """Put the line number in front of a message that begins with the full name of a key or of a group around it."""
+        """Put the line number in front of a message that begins with the full name of a key or of a group around it.
+
+        The name becomes that in the file.
+        """
         name, *rest = message.split(": ")
         while rest and f"{name}.{rest[0]}" in self.lines:
             name = f"{name}.{rest.pop(0)}"
+        name = written_name(name, self.origins)
         line = self.line_of(name)
         return message if line is None else f"line {line}: {': '.join([name, *rest])}"
 
@@ -72,10 +83,36 @@ def read_document(path: str | Path, defines: Mapping[str, str] | None = None) ->
             raise
         raise no_value(f"line {found[0]}", found[1]) from None
     keys = [] if node is None else list(_keys(node, ""))
-    given = [(name, mark.line + 1) for name, mark, merged in keys if not merged]
-    times = Counter(name for name, _ in given)
+    times = Counter(name for name, _, _ in keys)
     repeated = tuple(name for name, number in times.items() if number > 1)
-    return Document(values, dict(given), repeated, Path(path).parent)
+    groups = {name for name, _, value in keys if isinstance(value, yaml.MappingNode)}
+    return Document(
+        values,
+        lines={name: key.start_mark.line + 1 for name, key, _ in keys},
+        repeated=repeated,
+        regrouped=tuple(name for name in repeated if name in groups),
+        aliased={} if node is None else dict(_aliased(node, "")),
+        folder=Path(path).parent,
+    )
+
+
+def written_name(name: str, origins: Mapping[str, str]) -> str:
+    """Return the name that a parameter or group has in the file: its own if its own section gives a part of it.
+
+    A name that the file does not have is named after the innermost group around it that the file has.
+
+    Args:
+        name: Full name.
+        origins: See :class:`Document`.
+    """
+    group = name
+    while group:
+        given = [one for one in origins if one == group or one.startswith(f"{group}.")]
+        names = {origins[one].removesuffix(one[len(group) :]) for one in given}
+        if names:
+            return name if group in names else min(names) + name[len(group) :]
+        group = group.rpartition(".")[0]
+    return name
 
 
 def refuse_bomb(document: object) -> None:
@@ -96,15 +133,21 @@ def refuse_bomb(document: object) -> None:
             pending.extend(value)
 
 
-def _keys(node: yaml.Node, prefix: str) -> Iterator[tuple[str, yaml.Mark, bool]]:
-    """Yield the full name and place of every key, and whether a merge (``<<``) brought it from elsewhere."""
-    if not isinstance(node, yaml.MappingNode):
-        return
-    for key, value in node.value:
-        if key.value == PARAMETERS:
-            yield from _keys(value, prefix)
-            continue
-        name = f"{prefix}{key.value}"
-        merged = not node.start_mark.index <= key.start_mark.index <= node.end_mark.index
-        yield name, key.start_mark, merged
+def _keys(node: yaml.Node, prefix: str) -> Iterator[tuple[str, yaml.Node, yaml.Node]]:
+    """Yield the full name of every key, the key and the value, without keys that a merge (``<<``) brought."""
+    for key, value in node.value if isinstance(node, yaml.MappingNode) else ():
+        name = prefix.removesuffix(".") if key.value == PARAMETERS else f"{prefix}{key.value}"
+        if key.value != PARAMETERS and not is_merged(node, key):
+            yield name, key, value
         yield from _keys(value, f"{name}.")
+
+
+def _aliased(node: yaml.Node, prefix: str) -> Iterator[tuple[str, bool]]:
+    """Yield the full name of every key whose value stands elsewhere, and whether that is a single value."""
+    for key, value in node.value if isinstance(node, yaml.MappingNode) else ():
+        name = prefix.removesuffix(".") if key.value == PARAMETERS else f"{prefix}{key.value}"
+        items = value.value if isinstance(value, yaml.SequenceNode) else []
+        places = [value.start_mark.index, *(item.start_mark.index for item in items)]
+        if is_merged(node, key) or min(places) < key.start_mark.index:
+            yield name, isinstance(value, yaml.ScalarNode)
+        yield from _aliased(value, f"{name}.")

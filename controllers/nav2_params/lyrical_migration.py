@@ -130,7 +130,7 @@ def _fold_motion_model(work: Work, controller: ControllerGroup) -> None:
     block = BLOCKS[model]
     radius = given.get(f"{CONSTRAINTS}.{RADIUS}")
     limits = {RADIUS: value_of(radius)} if radius is not None and model == "Ackermann" else {}
-    for entry in children(group):
+    for entry in controller.children():
         if entry.name.partition(".")[0] == CONSTRAINTS:
             work.edits.remove(entry)
     if radius is not None and not limits:
@@ -164,7 +164,7 @@ def _unfold_motion_model(work: Work, controller: ControllerGroup) -> None:
 def _fold_primary(work: Work, controller: ControllerGroup) -> None:
     """Give the primary controller of a Rotation Shim, and its parameters, dotted names that make up its own block."""
     moved = 0
-    for entry in children(controller.group):
+    for entry in controller.children():
         name = work.edits.name_of(entry.key)
         if entry.name == PRIMARY:
             work.edits.rename(entry.key, f"{PRIMARY}.plugin")
@@ -186,7 +186,7 @@ def _shared(controller: ControllerGroup) -> Iterator[tuple[str, Entry]]:
 def _unfold_primary(work: Work, controller: ControllerGroup) -> None:
     """Put the parameters of the primary controller of a Rotation Shim beside the shim's own."""
     full = controller.full
-    for entry in children(controller.group):
+    for entry in controller.children():
         block = isinstance(entry.value, yaml.MappingNode) and not (entry.group.flow_style or entry.value.flow_style)
         if entry.name == PRIMARY and block:
             work.edits.dissolve(entry)

@@ -9,7 +9,7 @@ Source: Nav2's migration guides, and the tables of the controllers' own paramete
 from __future__ import annotations
 
 from collections.abc import Iterator, Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from fnmatch import fnmatchcase
 from pathlib import Path
 from typing import Any
@@ -18,6 +18,7 @@ import yaml
 
 from controllers.nav2_params import lyrical_migration
 from controllers.nav2_params.controller_migration import migrate_controller
+from controllers.nav2_params.controllers_section import TREES_CHOICE
 from controllers.nav2_params.costmap_section import LEGACY_LAYERS
 from controllers.nav2_params.document import PARAMETERS
 from controllers.nav2_params.migration_rules import (
@@ -46,13 +47,19 @@ from controllers.nav2_params.smoother_migration import NODE as SMOOTHER_SERVER
 from controllers.nav2_params.smoother_migration import migrate_smoothers
 from controllers.nav2_params.tree_file import NAVIGATOR
 from controllers.nav2_params.tree_ids import PROGRESS_CHECKER
-from controllers.nav2_params.wildcard_migration import Nodes, nodes_of, refuse_shared_name, refuse_split_controllers
-from controllers.nav2_params.wildcards import share
+from controllers.nav2_params.wildcard_migration import (
+    SERVER,
+    Nodes,
+    nodes_of,
+    refuse_shared_name,
+    split_controllers,
+)
+from controllers.nav2_params.wildcards import giving_sections, share
 from controllers.nav2_params.yaml_edits import Edits, Entry, as_yaml, entries
 from gym_mapbench.errors import ConfigError
 from gym_mapbench.files.documents import parse_yaml, read_document_text
 from gym_mapbench.releases import Release
-from gym_mapbench.ros_params import known_class
+from gym_mapbench.ros_params import first_unreadable, known_class
 
 
 @dataclass(frozen=True)
@@ -89,7 +96,7 @@ def migrate_file(path: str | Path, target: Release, source: Release | None = Non
             progress checkers is the one for Humble.
     """
     text = read_document_text(path)
-    values, root = parse_yaml(text, path)
+    values, root = _parse(text, path)
     try:
         nodes = all_nodes(values)
         known = source or recognise(nodes).release
@@ -103,12 +110,24 @@ def migrate_file(path: str | Path, target: Release, source: Release | None = Non
         work.tell(kilted, "a key of Kilted, which publishes TwistStamped by default")
     try:
         groups = [] if root is None else list(parameter_groups(root, ""))
-        refuse_split_controllers(groups, work)
+        work.parts = split_controllers(groups, giving_sections(nodes, SERVER), work)
         for full, key, group in groups:
             _migrate_node(work, full, key, group, _inflation_layer(shared.nodes))
     except ConfigError as error:
         raise ConfigError(f"{path}: {error}") from None
     return Migration(work.edits.apply(), known, target, tuple(work.done), tuple(work.lost))
+
+
+def _parse(text: str, path: str | Path) -> tuple[Any, yaml.Node | None]:
+    """Read a file; a template that YAML cannot hold is named."""
+    try:
+        return parse_yaml(text, path)
+    except ConfigError:
+        found = first_unreadable(text)
+        if found is None:
+            raise
+        where = f"{path}: line {found[0]}"
+        raise ConfigError(f"{where}: expected a value or quotes around the template {found[1].text}") from None
 
 
 def _named_by_trees(nodes: list[Node]) -> dict[str, str]:
@@ -150,7 +169,14 @@ def _migrate_node(
         work.say(full, key.start_mark.line + 1, f"renamed to {OLD_NODES[node]}")
         _rename_behaviors(work, full, group)
     nodes = nodes_of(full, group)
-    controllers = controllers_in(full, group) if "controller_server" in nodes else {}
+    if SERVER not in nodes and any(part.section == full for parts in work.parts.values() for part in parts):
+        nodes = (*nodes, SERVER)
+    controllers = {
+        name: replace(controller, parts=work.parts.get(controller.full, ()))
+        for name, controller in (controllers_in(full, group) if SERVER in nodes else {}).items()
+    }
+    if SERVER in nodes:
+        _refuse_dotted(full, group)
     for entry in entries(group):
         _migrate_entry(work, full, nodes, entry)
     if MONITOR in nodes:
@@ -162,6 +188,20 @@ def _migrate_node(
         migrate_controller(work, controller, inflation, moved)
     lyrical_migration.migrate_forms(work, controllers)
     _tell_defaults(work, full, nodes, group)
+
+
+def _refuse_dotted(full: str, server: yaml.MappingNode) -> None:
+    """Refuse a controller whose parameters stand beside its group, under dotted names.
+
+    Raises:
+        ConfigError: Naming the first such parameter.
+    """
+    given = {entry.name: entry for entry in children(server)}
+    controllers = listed(given["controller_plugins"]) if "controller_plugins" in given else [TREES_CHOICE]
+    for name in given:
+        controller, dot, _ = name.partition(".")
+        if dot and controller in controllers:
+            raise ConfigError(f"{full}.{name}: expected in a group {controller!r}, got a dotted name beside it")
 
 
 def _rename_behaviors(work: Work, full: str, group: yaml.MappingNode) -> None:

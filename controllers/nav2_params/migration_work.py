@@ -2,9 +2,9 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
-from typing import Any
+from typing import Any, NamedTuple
 
 import yaml
 
@@ -23,6 +23,20 @@ OWN_OF_SHIM = frozenset({*SHIM_KEYS, *TURNING.values(), "plugin"})
 """Parameters that the Rotation Shim itself reads."""
 
 
+class Part(NamedTuple):
+    """What a section gives of a controller whose class stands in another section.
+
+    Args:
+        section: Full name of the section.
+        full: Full name of the group in it.
+        group: The mapping.
+    """
+
+    section: str
+    full: str
+    group: yaml.MappingNode
+
+
 @dataclass
 class Work:
     """One migration under way.
@@ -33,6 +47,7 @@ class Work:
         target: The distribution to which it is migrated.
         kilted: Whether the file is Kilted's, which publishes TwistStamped by default, unlike Jazzy.
         named_by_trees: The progress checker that the tree names, by the namespace of its navigator.
+        parts: Full name of a controller whose parameters stand in several sections -> those beside its class's section.
         done: The changes, one line each.
         lost: Keys without a counterpart, one line each.
     """
@@ -42,6 +57,7 @@ class Work:
     target: Release
     kilted: bool
     named_by_trees: Mapping[str, str]
+    parts: Mapping[str, Sequence[Part]] = field(default_factory=dict)
     done: list[str] = field(default_factory=list)
     lost: list[str] = field(default_factory=list)
 
@@ -59,7 +75,7 @@ class Work:
 
     def say(self, full: str, line: int, what: str) -> None:
         """Add a line about a change."""
-        self.done.append(f"line {line}: {full}: {what}")
+        self.done.append(f"line {line}: {self._written(full)}: {what}")
 
     def tell(self, full: str, what: str) -> None:
         """Add a line about a change that has no line in the file."""
@@ -67,7 +83,7 @@ class Work:
 
     def lose(self, full: str, entry: Entry, what: str) -> None:
         """Add a line about a key without a counterpart."""
-        self.lost.append(f"line {entry.line}: {full}.{entry.name}: {what}")
+        self.lost.append(f"line {entry.line}: {self._written(f'{full}.{entry.name}')}: {what}")
 
     def take_out(self, full: str, entry: Entry, why: str) -> None:
         """Remove a key without a counterpart."""
@@ -79,6 +95,15 @@ class Work:
         self.edits.insert(group, name, value)
         self.tell(f"{full}.{name}", f"written out as {as_yaml(value)}, {why}")
 
+    def _written(self, full: str) -> str:
+        """Return the name that a controller's parameter has in the file, whichever section gives it."""
+        for controller, parts in self.parts.items():
+            for part in parts if full.startswith(f"{controller}.") else ():
+                inner = full.removeprefix(f"{controller}.")
+                if any(entry.name == inner for entry in entries(part.group)):
+                    return f"{part.full}.{inner}"
+        return full
+
 
 @dataclass(frozen=True)
 class ControllerGroup:
@@ -88,11 +113,13 @@ class ControllerGroup:
         full: Its full name.
         group: The mapping.
         kind: Its plugin, by the name in :data:`~controllers.nav2_params.plugins.CONTROLLERS`.
+        parts: What other sections give of it.
     """
 
     full: str
     group: yaml.MappingNode
     kind: str
+    parts: Sequence[Part] = ()
 
     @property
     def plugin(self) -> Nav2Controller:
@@ -107,7 +134,17 @@ class ControllerGroup:
     @property
     def given(self) -> dict[str, Entry]:
         """Its parameters and groups by dotted name; those of a primary controller stand beside the others."""
-        return {_beside(entry.name): entry for entry in entries(self.group)}
+        return {_beside(entry.name): entry for group in self.groups for entry in entries(group)}
+
+    @property
+    def groups(self) -> list[yaml.MappingNode]:
+        """The mappings of all sections that give its parameters."""
+        return [self.group, *(part.group for part in self.parts)]
+
+    def children(self) -> Iterator[Entry]:
+        """Yield the parameters and groups that stand in these mappings themselves."""
+        for group in self.groups:
+            yield from children(group)
 
 
 def controllers_in(full: str, server: yaml.MappingNode) -> dict[str, ControllerGroup]:

@@ -26,6 +26,8 @@ SECTIONS = (
 FOR_NO_NODE = "no section that is read has such a name; write the parameters under the nodes that they are for"
 MISSPELT_NODE = 0.85
 """Similarity from which on an unknown node is probably a misspelt one that is read."""
+MISSPELT_GROUP = 0.85
+"""Similarity from which on a key of a node is probably the misspelt group of its parameters."""
 
 
 class Node(NamedTuple):
@@ -75,13 +77,26 @@ def all_nodes(document: object) -> list[Node]:
     """Return every node of a document, in the document's order.
 
     Raises:
-        ConfigError: If the document is not a parameter file.
+        ConfigError: If the document is not a parameter file, or a section that is read has keys and no parameters.
     """
     if document is None:
         raise ConfigError("expected the nodes of a nav2_params.yaml, but the file is empty")
     if not isinstance(document, Mapping):
         raise ConfigError(f"expected the nodes of a nav2_params.yaml, got {type(document).__name__}")
-    return [Node(*found) for found in _walk(document, ())]
+    nodes = [Node(*found) for found in _walk(document, ())]
+    _refuse_bare(nodes)
+    return nodes
+
+
+def _refuse_bare(nodes: list[Node]) -> None:
+    """Refuse a section that is read and has keys without the group of parameters, which ROS cannot read."""
+    given = {node.section for node in nodes if node.group is not None}
+    for path in (node.path for node in nodes if node.group is None):
+        for length, key in enumerate(path[1:], 1):
+            around = Node(path[:length], None)
+            if around.section in SECTIONS and around.section not in given and key != around.name:
+                got = f", got {key!r}" if nearest_name(key.lower(), [PARAMETERS], MISSPELT_GROUP) else ""
+                raise ConfigError(f"{around.full}: expected a group {PARAMETERS!r} in it, as in ROS{got}")
 
 
 def is_wildcard(name: str) -> bool:

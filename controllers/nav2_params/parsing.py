@@ -16,7 +16,7 @@ from controllers.behaviors import (
     default_tree,
 )
 from controllers.nav2_params import keys
-from controllers.nav2_params.controllers_section import ControllersFound, read_controllers
+from controllers.nav2_params.controllers_section import TREES_CHOICE, ControllersFound, read_controllers
 from controllers.nav2_params.costmap_section import read_costmap
 from controllers.nav2_params.document import Document, refuse_bomb
 from controllers.nav2_params.filter_servers import FilterServers
@@ -120,8 +120,7 @@ def parse_nav2_params(
     nodes = all_nodes(given.values)
     recognition = recognise(nodes, release)
     findings = Findings(recognition.release)
-    for name in given.repeated:
-        findings.add("repeated", name)
+    _tell_repeated(given, findings)
     shared = share(nodes)
     sections = find_sections(shared.nodes, findings)
     _tell_empty_lists(sections)
@@ -140,6 +139,18 @@ def parse_nav2_params(
         document=given,
         ros_only=nest_dotted(findings.kept),
     )
+
+
+def _tell_repeated(document: Document, findings: Findings) -> None:
+    """List what the file gives twice, and what it gives by an alias."""
+    for name in document.repeated:
+        if name in document.regrouped:
+            why = "an earlier group of this name, as with nav2_bringup's launch files; ROS alone merges both"
+            findings.add("left_out", name, why)
+        else:
+            findings.add("repeated", name)
+    for name, is_single in document.aliased.items():
+        findings.add("aliased", name, "nav2_bringup's launch files write the value out" if is_single else "")
 
 
 def _tell_empty_lists(sections: Mapping[str, Section]) -> None:
@@ -238,18 +249,24 @@ def _tell_missing(sections: Mapping[str, Section], ids: TreeIds, behaviors: Iter
     """List the plugins for which the tree asks and which the file's lists lack.
 
     Without a behaviour's action server the tree does not load; without the planner no plan is made, and without the
-    controller no path is followed. Nav2's default tree misses no controller: each of a file's controllers can drive
-    here.
+    controller no path is followed.
     """
     asked_for = {
         "planner_server": ("planner_plugins", (ids.names.get(PLANNER) or TREES_PLANNER,)),
-        "controller_server": ("controller_plugins", tuple(filter(None, (ids.names.get(CONTROLLER),)))),
+        "controller_server": ("controller_plugins", _trees_controller(ids, sections.get("controller_server"))),
         "behavior_server": ("behavior_plugins", tuple(behaviors)),
     }
     for name, (key, wanted) in asked_for.items():
         given = sections[name].values.get(key) if name in sections else None
         if isinstance(given, list):
             _tell_unlisted(sections[name], key, wanted, [str(one) for one in given])
+
+
+def _trees_controller(ids: TreeIds, server: Section | None) -> tuple[str, ...]:
+    """Return the controller for which the tree asks; none if a file compares several and its tree is the default."""
+    listed = None if server is None else server.values.get("controller_plugins")
+    compares = isinstance(listed, list) and len(listed) > 1
+    return (ids.names[CONTROLLER],) if CONTROLLER in ids.names else () if compares else (TREES_CHOICE,)
 
 
 def _tell_unlisted(server: Section, key: str, wanted: Iterable[str], names: list[str]) -> None:

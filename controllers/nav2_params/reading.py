@@ -58,7 +58,7 @@ def read_nav2_params(
         if folder is not None:
             document = replace(document, folder=Path(folder))
         nodes = all_nodes(document.values)
-        document = document.with_lines(share(nodes).origins)
+        document = document.with_origins(share(nodes).origins)
         known = release or recognise(nodes).release
         read = parse_nav2_params(document, load_preset(preset or preset_of(known)), release)
         if not anyone or only is not None:

@@ -22,12 +22,13 @@ TOLD: tuple[tuple[Kind, str], ...] = (
     ("mistyped", "Nav2 does not start with"),
     ("missing", "the behaviour tree needs"),
     ("misplaced", "ROS gives to no node (read here all the same)"),
+    ("aliased", "ROS reads no alias"),
     ("template", "left to the robot"),
     ("replaced", "replaced"),
     ("left_out", "left out"),
     ("renamed", "renamed since"),
 )
-COUNTED: tuple[Kind, ...] = ("ros_only", "unused", "other_release", "unknown", "repeated", "detail")
+COUNTED: tuple[Kind, ...] = ("ros_only", "unused", "other_release", "repeated", "detail")
 
 
 def summarise(read: Nav2Params, robot: RobotSpec | None = None, verbose: bool = False) -> list[str]:
@@ -45,7 +46,7 @@ def summarise(read: Nav2Params, robot: RobotSpec | None = None, verbose: bool = 
     lines += [f"costmap filter: {line}" for line in describe_filters(read.navigation)]
     for kind, title in TOLD:
         lines += _told(read, kind, title, None if verbose else MOST)
-    lines += _misspelt(read)
+    lines += _unknown(read, None if verbose else MOST)
     if read.defaulted:
         names = ", ".join(name.removeprefix("controllers.") for name in read.defaulted)
         lines.append(f"not in the file, so from a preset: {names}")
@@ -182,9 +183,12 @@ def _names(read: Nav2Params, found: Sequence[Finding], most: int | None) -> str:
     return shown + (f" and {more} more" if more > 0 else "")
 
 
-def _misspelt(read: Nav2Params) -> list[str]:
-    found = [finding for finding in read.findings if finding.kind == "unknown" and finding.why]
-    return [f"not a parameter: {_at(read, finding.name)}; {finding.why}" for finding in found]
+def _unknown(read: Nav2Params, most: int | None) -> list[str]:
+    """Return a line for each key that looks misspelt, and one for all other keys that are no parameters."""
+    found = [finding for finding in read.findings if finding.kind == "unknown"]
+    misspelt = [f"not a parameter: {_at(read, finding.name)}; {finding.why}" for finding in found if finding.why]
+    others = [finding for finding in found if not finding.why]
+    return [*misspelt, *([f"not a parameter: {_names(read, others, most)}"] if others else [])]
 
 
 def _at(read: Nav2Params, name: str) -> str:

@@ -2,12 +2,12 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Collection, Iterable, Sequence
 
 import yaml
 
 from controllers.nav2_params.controllers_section import HANDLER_LIST
-from controllers.nav2_params.migration_work import Work, children, controllers_in
+from controllers.nav2_params.migration_work import ControllerGroup, Part, Work, children, controllers_in
 from controllers.nav2_params.nodes import is_wildcard
 from controllers.nav2_params.wildcards import told_sections
 from controllers.nav2_params.yaml_edits import Entry
@@ -44,26 +44,56 @@ def refuse_shared_name(full: str, node: str, entry: Entry) -> None:
         raise ConfigError(f"{full}.{entry.name}: expected under {node}, got {where}")
 
 
-def refuse_split_controllers(groups: Groups, work: Work) -> None:
-    """Refuse controllers whose parameters, or whose server's, a section for several nodes shares with another section.
+def split_controllers(groups: Groups, giving: Collection[str], work: Work) -> dict[str, list[Part]]:
+    """Return what other sections give of controllers, by the controllers' full names.
+
+    Args:
+        groups: The sections.
+        giving: Full names of the sections that give the parameters of the controller server that is read.
+        work: The migration.
 
     Raises:
-        ConfigError: Naming the controller and the other section.
+        ConfigError: If two sections give one parameter, or a section that is not among these gives a part; or if
+            Lyrical's path handler would not stand beside the controllers.
     """
     found = ((full, group) for full, _, group in groups)
     servers = [one for one in found if SERVER in nodes_of(*one) or is_wildcard(_name(one[0]))]
+    crosses = work.crosses("lyrical")
+    parts: dict[str, list[Part]] = {}
     for full, group in servers:
-        wild, own = is_wildcard(full), _first_names(group)
-        rivals = ((place, other) for place, other in servers if place != full and (wild or is_wildcard(place)))
-        others = {place: _first_names(other) for place, other in rivals}
-        for name in controllers_in(full, group):
-            for place, names in others.items():
-                if name in names:
-                    raise ConfigError(f"{full}.{name}: expected all parameters in one section, got others in {place}")
-                if work.crosses("lyrical") and names & HANDLING:
+        wild = is_wildcard(full)
+        rivals = {place: other for place, other in servers if place != full and (wild or is_wildcard(place))}
+        for name, controller in controllers_in(full, group).items():
+            for place, other in rivals.items():
+                if name in _first_names(other):
+                    usable = {full, place} <= set(giving)
+                    parts.setdefault(controller.full, []).append(_part(controller, name, place, other, usable))
+                if crosses and _first_names(other) & HANDLING:
                     raise ConfigError(f"{full}.{name}: expected beside {CONTROLLERS}, which is in {place}")
-            if work.crosses("lyrical") and wild and CONTROLLERS not in own:
+            if crosses and wild and CONTROLLERS not in _first_names(group):
                 raise ConfigError(f"{full}.{name}: expected beside {CONTROLLERS}, or under {SERVER}")
+            _refuse_twice(controller, parts.get(controller.full, ()))
+    return parts
+
+
+def _part(controller: ControllerGroup, name: str, place: str, section: yaml.MappingNode, usable: bool) -> Part:
+    """Return what a section gives of a controller whose class stands in another section."""
+    inner = next((entry.value for entry in children(section) if entry.name == name), None)
+    if not usable or not isinstance(inner, yaml.MappingNode):
+        raise ConfigError(f"{controller.full}: expected all parameters in one section, got others in {place}")
+    return Part(place, f"{place}.{name}", inner)
+
+
+def _refuse_twice(controller: ControllerGroup, parts: Iterable[Part]) -> None:
+    """Refuse a controller of which two sections give one parameter, or parts of one group."""
+    seen = _first_names(controller.group)
+    for part in parts:
+        twice = seen & _first_names(part.group)
+        if twice:
+            raise ConfigError(
+                f"{controller.full}.{min(twice)}: expected in one section, got it in {part.section} as well"
+            )
+        seen |= _first_names(part.group)
 
 
 def _first_names(group: yaml.MappingNode) -> set[str]:

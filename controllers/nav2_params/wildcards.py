@@ -13,7 +13,7 @@ from dataclasses import replace
 from itertools import takewhile
 from typing import Any, NamedTuple
 
-from controllers.nav2_params.document import PARAMETERS
+from controllers.nav2_params.document import PARAMETERS, written_name
 from controllers.nav2_params.nodes import COSTMAPS, SECTIONS, Node, choose_node
 from controllers.nav2_params.tree_file import TREE_FILES
 from controllers.nav2_params.tree_ids import PORTS
@@ -99,7 +99,7 @@ class Shared(NamedTuple):
         taken = {origin for name, origin in origins.items() if name not in unread}
         told: dict[tuple[str, bool], Finding] = {}
         for number, (finding, names) in enumerate(covered):
-            name = _name_in_file(finding.name, names, origins)
+            name = written_name(finding.name, origins)
             if name == finding.name:
                 told[str(number), False] = finding
             elif finding.kind not in UNREAD or not any(origins[one] in taken for one in names):
@@ -223,12 +223,6 @@ def _matches(wild: Node, node: Node) -> bool:
 def _covered(name: str, origins: Mapping[str, str]) -> list[str]:
     """Return the parameters that a finding is about: one, or all of a group."""
     return [one for one in origins if one == name or one.startswith(f"{name}.")]
-
-
-def _name_in_file(name: str, covered: Iterable[str], origins: Mapping[str, str]) -> str:
-    """Return the name that a parameter or group has in the file; its own if the section itself gives a part of it."""
-    names = {origins[one].removesuffix(one[len(name) :]) for one in covered}
-    return name if not names or name in names else min(names)
 
 
 def _vagueness(finding: Finding) -> tuple[bool, bool]:

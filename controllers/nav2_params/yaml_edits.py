@@ -8,6 +8,8 @@ from typing import Any, NamedTuple
 
 import yaml
 
+from gym_mapbench.errors import ConfigError
+
 
 class Entry(NamedTuple):
     """One parameter of a node.
@@ -44,6 +46,8 @@ def entries(group: yaml.Node, prefix: str = "") -> Iterator[Entry]:
 class Edits:
     """Changes of one text, which are made all at once.
 
+    A value that stands elsewhere (``*name``, ``<<``), or stands for others (``&name``), cannot be changed.
+
     Args:
         text: The text before the changes.
     """
@@ -59,10 +63,12 @@ class Edits:
 
     def replace(self, entry: Entry, text: str) -> None:
         """Give a parameter another value, on the line of its key."""
+        self._refuse_shared(entry)
         self._changes[entry.key.end_mark.index, _end(entry.value)] = f": {text}"
 
     def remove(self, entry: Entry) -> None:
         """Take a parameter or a group out, with the rest of its last line."""
+        self._refuse_shared(entry)
         if entry.group.flow_style:
             self._remove_in_braces(entry)
             return
@@ -70,8 +76,12 @@ class Edits:
         self._removed_from.setdefault(id(entry.group), {})[id(entry.key)] = entry
 
     def insert(self, group: yaml.MappingNode, name: str, value: Any) -> None:
-        """Put a new parameter in front of the first one of a group."""
-        first = group.value[0][0].start_mark
+        """Put a new parameter in front of the first one that stands in a group."""
+        places = [key.start_mark for key, _ in group.value if not is_merged(group, key)]
+        if not places:
+            line = group.start_mark.line + 1
+            raise ConfigError(f"line {line}: expected a parameter beside the merge (<<), which {name} is to go beside")
+        first = places[0]
         line = f"{name}: {as_yaml(value)}"
         after = ", " if group.flow_style else "\n" + " " * first.column
         at = (first.index, first.index)
@@ -108,6 +118,14 @@ class Edits:
                 continue
             text, behind = text[:start] + self._changes[start, end] + text[end:], start
         return text
+
+    def _refuse_shared(self, entry: Entry) -> None:
+        """Refuse to change a parameter whose value stands elsewhere, or may stand for others."""
+        start: int = entry.value.start_mark.index
+        is_alias = is_merged(entry.group, entry.key) or start < entry.key.start_mark.index
+        if is_alias or self.text[start : start + 1] == "&":
+            got = "an alias" if is_alias else "an anchor"
+            raise ConfigError(f"line {entry.line}: {entry.name}: expected a value alone, got {got} of YAML")
 
     def _lines(self, entry: Entry) -> tuple[int, int]:
         """Return where the lines of a parameter in block style begin and end."""
@@ -147,6 +165,12 @@ class Edits:
         else:
             start = _end(entry.group.value[position - 1][1]) if position else entry.key.start_mark.index
             self._changes[start, _end(entry.value)] = ""
+
+
+def is_merged(group: yaml.Node, key: yaml.Node) -> bool:
+    """Whether a merge (``<<``) brought a key into a group."""
+    start: int = key.start_mark.index
+    return not group.start_mark.index <= start <= group.end_mark.index
 
 
 def as_yaml(value: Any) -> str:

@@ -5,6 +5,7 @@ from __future__ import annotations
 import base64
 import binascii
 import re
+from collections.abc import Mapping
 from pathlib import Path
 from tempfile import TemporaryDirectory
 
@@ -18,7 +19,8 @@ from gym_mapbench.env.config import EnvConfig
 from gym_mapbench.errors import ConfigError, MapBenchError, refuse_unknown
 from gym_mapbench.generator import FAMILIES, FamilySpec, draw_from
 from gym_mapbench.mapio import TaskedMap, group_scenarios, load_maps
-from gym_mapbench.mapio.map_server import map_server_files
+from gym_mapbench.mapio.map_server import SUFFIXES, map_server_files
+from gym_mapbench.mapio.source import file_inside, read_yaml_file
 from gym_mapbench.world.gridmap import GridMap
 from gym_mapbench.world.scenario import Pose, Scenario
 
@@ -86,12 +88,25 @@ def opened(dropped: AskOpen) -> list[Scene]:
     with TemporaryDirectory(dir=temporary_directory()) as folder:
         for file in dropped.files:
             (Path(folder) / file.name).write_bytes(_decoded(file.name, file.content))
-        first = min(dropped.files, key=_place)
+        paths = [Path(folder) / file.name for file in sorted(dropped.files, key=_place)]
         try:
-            maps = load_maps(Path(folder) / first.name)
+            for path in paths:
+                _refuse_other_files(path)
+            maps = load_maps(paths[0])
         except MapBenchError as error:
             raise type(error)(str(error).replace(f"{folder}/", "")) from None
     return [scene_of(scenario) for tasked in maps for scenario in _with_task(tasked)]
+
+
+def _refuse_other_files(path: Path) -> None:
+    """Refuse a map_server file that names a picture elsewhere: the page reads no file that was not dropped.
+
+    Raises:
+        MapFormatError: If it does, or is damaged.
+    """
+    document = read_yaml_file(path) if path.suffix.lower() in SUFFIXES else None
+    if isinstance(document, Mapping) and "image" in document:
+        file_inside(path.parent, document["image"], f"{path}: image")
 
 
 def sampled(asked: AskRandom, config: EnvConfig) -> Scene:

@@ -87,8 +87,10 @@ def read_text(path: str | Path, limit: int, raises: type[MapBenchError]) -> str:
     """Read a whole UTF-8 text file, without the mark that Windows programs put first; else as :func:`read_bytes`."""
     try:
         return read_bytes(path, limit, raises).decode("utf-8-sig").replace("\r\n", "\n")
-    except UnicodeDecodeError:
-        raise raises(f"{path}: expected a text file, got other bytes") from None
+    except UnicodeDecodeError as error:
+        line = error.object.count(b"\n", 0, error.start) + 1
+        byte = error.object[error.start]
+        raise raises(f"{path}: line {line}: expected text in UTF-8, got the byte 0x{byte:02x}") from None
 
 
 @contextlib.contextmanager

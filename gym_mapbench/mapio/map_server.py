@@ -8,6 +8,7 @@ below it are free.
 
 from __future__ import annotations
 
+import logging
 from collections.abc import Callable, Mapping, Sequence
 from pathlib import Path
 from typing import Any, NamedTuple
@@ -22,9 +23,11 @@ from gym_mapbench.mapio.netpbm import encode_pgm
 from gym_mapbench.mapio.output import Files, check_names
 from gym_mapbench.mapio.people import find_people, people_yaml, read_people
 from gym_mapbench.mapio.poses import find_poses, poses_yaml, read_poses, yaml_float
-from gym_mapbench.mapio.source import as_number, as_numbers, file_inside, files_ending, read_yaml_file, short
+from gym_mapbench.mapio.source import as_number, as_numbers, file_named, files_ending, read_yaml_file, short
 from gym_mapbench.mapio.tasked_map import TaskedMap, name_tasks
 from gym_mapbench.world.gridmap import GridMap
+
+LOG = logging.getLogger(__name__)
 
 SUFFIXES = (".yaml", ".yml")
 
@@ -55,10 +58,10 @@ def files_beside(path: Path) -> list[Path]:
 def read_map_server(path: Path) -> list[TaskedMap]:
     """Read ``NAME.yaml``, its picture, and its ``NAME_poses.yaml`` and ``NAME_people.yaml``, where there are any.
 
-    The picture must lie inside the folder of the YAML file (an absolute name may point there too).
+    As in Nav2, the name of the picture is relative to the folder of the YAML file, or absolute.
 
     Raises:
-        MapFormatError: If one of the files is damaged, the origin is rotated, or there are people and no poses.
+        MapFormatError: If one of the files is damaged, or there are people and no poses.
     """
     grid = read_map_server_grid(path)
     poses, people = find_poses(path), find_people(path)
@@ -94,8 +97,12 @@ class Occupancy(NamedTuple):
 
 
 def read_map_server_grid(path: Path) -> GridMap:
-    """Read the map alone; see :func:`read_map_server`."""
+    """Read the map alone; see :func:`read_map_server`. A warning names values between free and occupied."""
     values, resolution, origin = read_occupancy(path)
+    graded = int(((values > 0) & (values < LETHAL)).sum())
+    if graded:
+        said = "%s: %d cells have values of 1 to 99 and are free here; Nav2 differs with %s"
+        LOG.warning(said, path, graded, "lethal_cost_threshold below 100 or trinary_costmap false")
     image = values[::-1]
     return GridMap.from_image_array(image == LETHAL, resolution, origin=origin, unknown=image == UNKNOWN)
 
@@ -103,8 +110,10 @@ def read_map_server_grid(path: Path) -> GridMap:
 def read_occupancy(path: Path) -> Occupancy:
     """Read the values of ``NAME.yaml`` and its picture, those between free and occupied included.
 
+    Nav2's costmaps and filters ignore the yaw of the origin; so does this function, and a warning says so.
+
     Raises:
-        MapFormatError: If one of the files is damaged or missing, or the origin is rotated.
+        MapFormatError: If one of the files is damaged or missing.
     """
     info = _required(path, read_yaml_file(path, each_key_once=True))
     mode = info.get("mode", "trinary")
@@ -116,11 +125,9 @@ def read_occupancy(path: Path) -> Occupancy:
     if resolution <= 0:
         raise MapFormatError(f"{path}: resolution: expected metres per cell > 0, got {resolution:g}")
     if yaw != 0:
-        raise MapFormatError(
-            f"{path}: origin: a rotated map (yaw {yaw:g}) is not supported, rotate the picture instead"
-        )
-    picture = read_picture(file_inside(path.parent, info["image"], f"{path}: image"))
-    values = read(picture, _thresholds(path, info))
+        LOG.warning("%s: origin: the yaw %g is ignored, as in Nav2's costmaps", path, yaw)
+    picture = read_picture(file_named(path.parent, info["image"], f"{path}: image"))
+    values = read(picture, _thresholds(path, info, apart=read is _scale))
     return Occupancy(values[::-1], resolution, (x, y))
 
 
@@ -187,13 +194,15 @@ def _required(path: Path, document: object) -> Mapping[Any, Any]:
     return document
 
 
-def _thresholds(path: Path, info: Mapping[Any, Any]) -> _Thresholds:
+def _thresholds(path: Path, info: Mapping[Any, Any], *, apart: bool) -> _Thresholds:
+    """Read the keys about brightness; values between the thresholds need these ``apart``."""
     negate = info["negate"]
     if not isinstance(negate, (bool, int)) or negate not in (0, 1):
         raise MapFormatError(f"{path}: negate: expected 0 or 1, got {short(negate)}")
     occupied, free = (_fraction(f"{path}: {key}", info[key]) for key in ("occupied_thresh", "free_thresh"))
-    if free >= occupied:
-        raise MapFormatError(f"{path}: free_thresh: expected less than occupied_thresh {occupied:g}, got {free:g}")
+    if free > occupied or (apart and free == occupied):
+        expected = f"{'less than' if apart else 'at most'} occupied_thresh {occupied:g}"
+        raise MapFormatError(f"{path}: free_thresh: expected {expected}, got {free:g}")
     return _Thresholds(bool(negate), occupied, free)
 
 

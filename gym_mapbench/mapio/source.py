@@ -120,16 +120,25 @@ def short(value: object) -> str:
     return text if len(text) <= 80 else text[:77] + "..."
 
 
-def file_inside(folder: Path, name: object, where: str) -> Path:
-    """Resolve a file name found in a file: it must stay inside ``folder``, as written (links are the user's own).
+def file_named(folder: Path, name: object, where: str) -> Path:
+    """Resolve a file name found in a file, relative to ``folder`` unless it is absolute; links are the user's own.
 
     Raises:
-        MapFormatError: If it is not a name or leads out of the folder.
+        MapFormatError: If it is not a name.
     """
     if not isinstance(name, str) or not name.strip() or not name.isprintable() or len(name) > MAX_NAME_LENGTH:
         raise MapFormatError(f"{where}: expected a file name, got {short(name)}")
+    return Path(os.path.normpath(os.path.join(os.path.abspath(folder), name)))
+
+
+def file_inside(folder: Path, name: object, where: str) -> Path:
+    """Resolve a file name found in a file, errors as in :func:`file_named`: it must stay inside ``folder``, as written.
+
+    Raises:
+        MapFormatError: If it leads out of the folder.
+    """
+    path = file_named(folder, name, where)
     base = os.path.abspath(folder)
-    path = os.path.normpath(os.path.join(base, name))
     if os.path.commonpath([base, path]) != base:
         raise MapFormatError(f"{where}: expected a file inside {folder}, got {short(name)}")
-    return Path(path)
+    return path

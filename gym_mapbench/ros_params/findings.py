@@ -21,6 +21,7 @@ Kind = Literal[
     "mistyped",
     "missing",
     "misplaced",
+    "aliased",
     "detail",
 ]
 KINDS: dict[Kind, str] = {
@@ -36,6 +37,7 @@ KINDS: dict[Kind, str] = {
     "mistyped": "have another type than in Nav2, which does not start with them",
     "missing": "Nav2's default tree needs, and the file does not have",
     "misplaced": "ROS gives to no node, and are read here all the same",
+    "aliased": "are YAML aliases, with which ROS does not read the file",
     "detail": "belong to what is replaced",
 }
 """How a report goes on about the keys of each kind after ``keys that``."""

@@ -42,6 +42,16 @@ def known_class(ros_class: object, classes: Mapping[str, RosNames]) -> str | Non
     return next((name for name, known in spelt.items() if given in known), None)
 
 
+def nearest_class(ros_class: object, classes: Mapping[str, RosNames]) -> str | None:
+    """Return the class of a table of which another is probably a misspelling; None if there is none."""
+    return nearest_name(str(ros_class), _first_names(classes), MISSPELT_PLUGIN)
+
+
+def _first_names(classes: Mapping[str, RosNames]) -> list[str]:
+    """Return the name of each class in the first release that has it."""
+    return [next(iter(names.values())) for names in classes.values()]
+
+
 def name_of_class(ros_class: object, classes: Mapping[str, RosNames], where: str, what: str) -> str:
     """Return our name of a class.
 
@@ -57,9 +67,8 @@ def name_of_class(ros_class: object, classes: Mapping[str, RosNames], where: str
     name = known_class(ros_class, classes)
     if name is not None:
         return name
-    built = [next(iter(names.values())) for names in classes.values()]
-    near = nearest_name(str(ros_class), built, MISSPELT_PLUGIN)
-    hint = f"did you mean {near!r}?" if near else f"expected one of: {', '.join(built)}"
+    near = nearest_class(ros_class, classes)
+    hint = f"did you mean {near!r}?" if near else f"expected one of: {', '.join(_first_names(classes))}"
     raise ConfigError(f"{where}: {what} {str(ros_class)!r} is not built here ({hint})")
 
 

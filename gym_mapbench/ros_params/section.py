@@ -165,15 +165,18 @@ class Section:
         except ConfigError as error:
             raise ConfigError(f"{self.name}.{error}{self._slip()}") from None
         if not self.stand_in:
-            self._find_mistyped(made)
+            self._find_without_effect(made)
         return made
 
-    def _find_mistyped(self, made: Settings) -> None:
-        """List the given numbers that have another type than their parameter."""
-        unread: Collection[str] = getattr(made, "unread", ())
+    def _find_without_effect(self, made: Settings) -> None:
+        """List the given parameters that the plugin does not read, and numbers of another type than their parameter."""
+        unread: Mapping[str, str] = getattr(made, "unread", {})
         for name, (key, value) in self._given.items():
-            why = "" if name.partition(".")[0] in unread else mistyped(type(made), name, value)
-            if why:
+            group = name.partition(".")[0]
+            why = mistyped(type(made), name, value)
+            if group in unread:
+                self.findings.add("unused", f"{self.name}.{key}", unread[group])
+            elif why:
                 self.findings.add("mistyped", f"{self.name}.{key}", why)
 
     def _slip(self) -> str:

@@ -17,7 +17,7 @@ from controllers.nav2_params.migration import migrate_file
 from controllers.nav2_params.presets import read_preset
 from gym_mapbench.errors import ConfigError
 from gym_mapbench.releases import RELEASES
-from gym_mapbench.ros_params import fill_templates, parse_defines
+from gym_mapbench.ros_params import fill_templates, nest_dotted, parse_defines
 from gym_mapbench.ros_params.templates import find_template
 from gym_mapbench.world.robot import RobotSpec
 from tests.oracle_data import DATA, needs_data
@@ -971,7 +971,7 @@ def test_the_summary_fits_one_screen_and_verbose_names_everything(write):
     ):
         assert said in text
     assert "controller_server.FollowPath.vx_mx (line 8); did you mean 'vx_max'?" in text
-    assert "61 that are no parameters of their plugin" in text
+    assert "stray5 (line 14) and 54 more" in text
     assert "stray59" not in text
     assert "stray59" in "\n".join(summarise(read, RobotSpec(), verbose=True))
 
@@ -1192,8 +1192,110 @@ def test_parameters_for_every_node_count_for_each_section_that_reads_them(write)
         "/**.x": ("unknown", ""),
     }
     wrong = write("/**: {ros__parameters: {controller_frequency: fast}}\ncontroller_server: {ros__parameters: {}}")
-    with pytest.raises(ConfigError, match=r"line 1: controller_server\.controller_frequency: "):
+    with pytest.raises(ConfigError, match=r"line 1: /\*\*\.controller_frequency: "):
         read_nav2_params(wrong)
+
+
+@pytest.mark.parametrize(
+    ("wild", "own", "words"),
+    [
+        ("controller_plugins: [], failure_tolerance: fast", "{}", r"line 1: /\*\*\.failure_tolerance: expected a v"),
+        ("FollowPath: {desired_linear_vel: 0.3}", "{}", r"line 1: /\*\*\.FollowPath\.critics: expected at least one"),
+        ("controller_plugins: [A], A: {x: 1}", "{}", r"line 1: /\*\*\.A\.plugin: expected the class of this contr"),
+        ("x: 1", "{controller_plugins: [A]}", r"line 2: controller_server\.A\.plugin: expected the class"),
+        ("A: {x: 1}", "{controller_plugins: [A], A: {y: 1}}", r"line 2: controller_server\.A\.plugin: expected the c"),
+    ],
+)
+def test_an_error_names_the_section_in_which_the_user_wrote_the_parameter(write, wild, own, words):
+    path = write(f"/**: {{ros__parameters: {{{wild}}}}}\ncontroller_server: {{ros__parameters: {own}}}\n")
+    with pytest.raises(ConfigError, match=words):
+        read_nav2_params(path)
+
+
+@pytest.mark.parametrize("misspelt", ["ros_parameters", "ROS__PARAMETERS", "ros__parameter"])
+@pytest.mark.parametrize("section", ["controller_server", "planner_server", "local_costmap.local_costmap"])
+def test_a_section_with_a_misspelt_group_of_parameters_is_refused_and_not_taken_from_a_preset(section, misspelt):
+    node_ = {misspelt: {"use_sim_time": True, "FollowPath": RPP}}
+    document = {"bt_navigator": node(), **nest_dotted({section: node_})}
+    with pytest.raises(ConfigError, match=rf"^{section}: expected a group 'ros__parameters' in it.*got '{misspelt}'"):
+        parse_nav2_params(document)
+
+
+@pytest.mark.parametrize("values", [{"controller_frequency": 5.0}, {"FollowPath": RPP}])
+def test_a_section_without_the_group_of_parameters_is_refused_and_not_taken_from_a_preset(values):
+    with pytest.raises(ConfigError, match=r"^controller_server: expected a group 'ros__parameters' in it, as in ROS$"):
+        parse_nav2_params({"bt_navigator": node(), "controller_server": values})
+
+
+@pytest.mark.parametrize(
+    ("group", "values", "unused"),
+    [
+        ("goal_checker", {"plugin": "nav2_controller::SimpleGoalChecker", "trans_stopped_velocity": 0.1}, 1),
+        ("goal_checker", {"plugin": "nav2_controller::StoppedGoalChecker", "trans_stopped_velocity": 0.1}, 0),
+        ("goal_checker", {"plugin": "nav2_controller::PositionGoalChecker", "yaw_goal_tolerance": 0.1}, 1),
+        ("goal_checker", {"plugin": "nav2_controller::SimpleGoalChecker", "fine_xy_goal_tolerance": 0.1}, 1),
+        ("progress_checker", {"plugin": "nav2_controller::SimpleProgressChecker", "required_movement_angle": 0.1}, 1),
+        ("progress_checker", {"plugin": "nav2_controller::PoseProgressChecker", "required_movement_angle": 0.1}, 0),
+        ("FollowPath", {**DWB, "critics": ["PathDist"], "GoalDist.scale": 2.0}, 1),
+        ("FollowPath", {**DWB, "critics": ["PathDist"], "PathDist.scale": 2.0}, 0),
+    ],
+)
+def test_parameters_of_other_checkers_and_of_unlisted_critics_are_named_as_unused(group, values, unused):
+    read = parse_nav2_params({"controller_server": node(**{group: values})})
+    last = [key for key in values if key not in ("plugin", "critics")][-1]
+    assert read.named("unused") == ((f"controller_server.{group}.{last}",) * unused)
+
+
+def test_a_group_that_comes_twice_is_named_as_ros_and_the_launch_files_read_it_differently(write):
+    twice = "controller_server: {ros__parameters: {controller_frequency: %s}}\n"
+    read = read_nav2_params(write(twice % 5.0 + twice % 7.0))
+    assert read.navigation.controller_server.controller_frequency == 7.0
+    lines = summarise(read)
+    why = "an earlier group of this name, as with nav2_bringup's launch files; ROS alone merges both"
+    assert f"left out: controller_server (line 2): {why}" in lines
+
+
+def test_aliases_are_named_as_ros_reads_none(write):
+    path = write(
+        "common: &common {use_sim_time: true, controller_frequency: &rate 5.0}\n"
+        "controller_server:\n  ros__parameters:\n    <<: *common\n    failure_tolerance: *rate\n"
+        "    controller_plugins: &names [FollowPath]\n    FollowPath: {plugin: 'dwb_core::DWBLocalPlanner',"
+        " critics: [PathDist], short_circuit_trajectory_evaluation: true}\n"
+        "planner_server:\n  ros__parameters: {planner_plugins: *names, FollowPath: {plugin: x/NavfnPlanner}}"
+    )
+    read = read_nav2_params(path)
+    assert read.navigation.controller_server.failure_tolerance == 5.0
+    server = "controller_server"
+    single = ("use_sim_time (line 2)", "controller_frequency (line 2)", "failure_tolerance (line 5)")
+    named = ", ".join(f"{server}.{name}" for name in single)
+    assert [line for line in summarise(read) if "alias" in line] == [
+        f"ROS reads no alias: {named}: nav2_bringup's launch files write the value out",
+        "ROS reads no alias: planner_server.planner_plugins (line 9)",
+    ]
+
+
+def test_a_footprint_that_is_a_list_is_named_as_nav2_reads_a_text():
+    corners = [[0.2, 0.2], [0.2, -0.2], [-0.2, 0.0]]
+    name = "local_costmap.local_costmap.footprint"
+    document = {"local_costmap": {"local_costmap": node(footprint=corners)}}
+    assert found(document)[name] == ("mistyped", f'expected a text; write "{corners}"')
+    assert name not in found({"local_costmap": {"local_costmap": node(footprint=str(corners))}})
+
+
+def test_a_file_with_one_controller_that_the_default_tree_does_not_ask_for_is_told():
+    one = {"controller_server": node(controller_plugins=["Follow"], Follow=RPP)}
+    assert found(one)["controller_server.FollowPath"] == ("missing", "expected in controller_plugins")
+    named = {**one, "bt_navigator": node(default_nav_to_pose_bt_xml="/nowhere/mine.xml")}
+    several = {"controller_server": node(controller_plugins=["A", "B"], A=RPP, B=DWB)}
+    assert parse_nav2_params(named).named("missing") == parse_nav2_params(several).named("missing") == ()
+
+
+def test_a_misspelt_controller_class_is_refused_with_the_nearest(write):
+    path = write(with_controller({**DWB, "plugin": "dwb_core::DwbLocalPlanner"}))
+    with pytest.raises(
+        ConfigError, match=r"'dwb_core::DwbLocalPlanner' is not built here \(did you mean 'dwb_core::DWB"
+    ):
+        read_nav2_params(path)
 
 
 def test_of_a_section_and_a_wildcard_the_later_counts_as_in_ros():

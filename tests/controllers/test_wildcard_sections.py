@@ -14,6 +14,8 @@ from gym_mapbench.errors import ConfigError
 from gym_mapbench.releases import RELEASES
 
 RPP = "nav2_regulated_pure_pursuit_controller::RegulatedPurePursuitController"
+MPPI = "nav2_mppi_controller::MPPIController"
+DIFF_DRIVE = {"motion_model": "diff_drive", "diff_drive": {"plugin": "mppi::DiffDriveMotionModel"}}
 SERVER = {
     "controller_plugins": ["FollowPath"],
     "controller_frequency": 10.0,
@@ -143,6 +145,12 @@ def shared_controller() -> dict:
     return {**together("humble"), "controller_server": {"ros__parameters": {"FollowPath": {"lookahead_dist": 0.5}}}}
 
 
+def other_robot() -> dict:
+    """A file with two robots, whose controllers share parameters."""
+    shared = {"/**": {"ros__parameters": {"FollowPath": {"lookahead_time": 1.0}}}}
+    return {**apart("humble", "/robot_1/"), **apart("humble", "/robot_2/"), **shared}
+
+
 def shared_name() -> dict:
     document = together("humble")
     document["/**"]["ros__parameters"]["global_frame"] = "odom"
@@ -155,8 +163,9 @@ def shared_name() -> dict:
         (
             shared_controller(),
             "jazzy",
-            "FollowPath: expected all parameters in one section, got others in controller_server",
+            "/**.FollowPath.lookahead_dist: expected in one section, got it in controller_server as well",
         ),
+        (other_robot(), "jazzy", "FollowPath: expected all parameters in one section, got others in /**"),
         (
             split("controller_plugins"),
             "lyrical",
@@ -170,6 +179,48 @@ def test_what_cannot_be_converted_in_a_wildcard_is_refused(tmp_path, document, t
     with pytest.raises(ConfigError) as error:
         migrate_file(written(tmp_path, document), target, "humble")
     assert message in str(error.value)
+
+
+def of_two_sections(source: str, name: str, kind: str) -> tuple[dict, dict]:
+    """Return a file whose controller has its parameters in one section, and the same with a part under ``/**``."""
+    lyrical = source == "lyrical"
+    shared, own = {
+        "rpp": ({"max_linear_vel" if lyrical else "desired_linear_vel": 0.37}, SERVER["FollowPath"]),
+        "mppi": (
+            {"vx_max": 0.37, "ConstraintCritic": {"cost_weight": 3.0}, **({} if lyrical else {"prune_distance": 1.1})},
+            {
+                "plugin": MPPI,
+                "model_dt": 0.1,
+                "critics": ["ConstraintCritic", "CostCritic"],
+                **(DIFF_DRIVE if lyrical else {}),
+            },
+        ),
+    }[kind]
+    documents = apart(source), apart(source)
+    for document, group in zip(documents, ({**own, **shared}, own), strict=True):
+        server = document["controller_server"]["ros__parameters"]
+        del server["FollowPath"]
+        server |= {"controller_plugins": [name], name: group}
+    return documents[0], {"/**": {"ros__parameters": {"use_sim_time": True, name: shared}}, **documents[1]}
+
+
+@pytest.mark.parametrize("kind", ["rpp", "mppi"])
+@pytest.mark.parametrize("name", ["FollowPath", "Slow"])
+@pytest.mark.parametrize(("source", "target"), [*itertools.permutations(RELEASES, 2)])
+def test_a_controller_of_two_sections_is_converted_as_in_one(tmp_path, source, target, name, kind):
+    found = []
+    for document in of_two_sections(source, name, kind):
+        text = migrate_file(written(tmp_path, document), target, source).text
+        found.append(parse_nav2_params(yaml.safe_load(text), release=target))
+    one, two = found
+    assert two.navigation == one.navigation
+    assert two.named("unknown") == two.named("other_release") == ()
+
+
+def test_the_lines_of_a_conversion_name_the_section_of_each_parameter(tmp_path):
+    _, document = of_two_sections("jazzy", "Slow", "mppi")
+    lines = migrate_file(written(tmp_path, document), "lyrical", "jazzy").done
+    assert any(line.endswith("/**.Slow.prune_distance: moved to PathHandler.prune_distance") for line in lines)
 
 
 def test_a_controller_apart_from_its_list_is_converted_where_the_path_handler_does_not_matter(tmp_path):

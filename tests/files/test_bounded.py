@@ -276,3 +276,10 @@ def test_numbers_that_no_machine_could_drive_are_refused():
         lambda: EvolveSettings(maps_per_set=10**9),
     ):
         assert "expected" in refusal(make)
+
+
+def test_the_first_byte_that_is_no_text_is_named_with_its_line(tmp_path):
+    path = tmp_path / "params.yaml"
+    path.write_bytes("a: 1\n# Räder\n".encode("latin-1"))
+    with pytest.raises(ConfigError, match=r"params\.yaml: line 2: expected text in UTF-8, got the byte 0xe4$"):
+        bounded.read_text(path, 100, ConfigError)

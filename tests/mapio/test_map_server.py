@@ -21,6 +21,12 @@ from tests.mapio.samples import YAML, grids, map_server_files, scenario_on
 RAMP = np.arange(256).reshape(8, 32)
 
 
+def changed(path, **keys):
+    """Change keys of a YAML file and return its path."""
+    path.write_text(yaml.safe_dump(yaml.safe_load(path.read_text()) | keys))
+    return path
+
+
 def nav2_value(grey, mode, negate, alpha=None, occupied=0.65, free=0.196):
     """One pixel as map_io.cpp reads it."""
     shade = grey / 255 if alpha is None or mode != "trinary" else (grey + alpha) / (2 * 255)
@@ -47,6 +53,42 @@ def test_every_grey_value_is_read_as_nav2_does(tmp_path, mode, negate):
     assert (unknown == (expected == -1)).all()
     assert grid.resolution == 0.1
     assert grid.origin == (-1.0, 2.0)
+
+
+@pytest.mark.parametrize("mode", ["trinary", "raw"])
+def test_one_threshold_for_free_and_occupied_is_read_as_nav2_does(tmp_path, mode):
+    path = changed(map_server_files(tmp_path, RAMP, mode=mode), free_thresh=0.4, occupied_thresh=0.4)
+    grid = load_maps(path)[0].grid
+    values = np.array([[nav2_value(one, mode, 0, occupied=0.4, free=0.4) for one in row] for row in RAMP])[::-1]
+    assert (grid.occupancy == (values == 100)).all()
+    assert (grid.unknown == (values == -1)).all()
+    assert (values == -1).sum() == {"trinary": 1, "raw": 155}[mode]
+
+
+@pytest.mark.parametrize("absolute", [False, True])
+def test_a_picture_in_another_folder_is_read_as_by_nav2(tmp_path, absolute):
+    (tmp_path / "pictures").mkdir()
+    (tmp_path / "maps").mkdir()
+    path = map_server_files(tmp_path / "pictures", RAMP)
+    name = str(tmp_path / "pictures" / "office.pgm") if absolute else "../pictures/office.pgm"
+    elsewhere = tmp_path / "maps" / "office.yaml"
+    elsewhere.write_text(changed(path, image=name).read_text())
+    assert load_maps(elsewhere)[0].grid == load_maps(tmp_path / "pictures" / "office.yaml")[0].grid
+
+
+def test_the_yaw_of_the_origin_is_ignored_as_in_nav2_and_a_warning_says_so(tmp_path, caplog):
+    path = map_server_files(tmp_path, RAMP)
+    straight = load_maps(path)[0].grid
+    assert not caplog.messages
+    assert load_maps(changed(path, origin=[-1.0, 2.0, 0.3]))[0].grid == straight
+    assert caplog.messages == [f"{path}: origin: the yaw 0.3 is ignored, as in Nav2's costmaps"]
+
+
+@pytest.mark.parametrize(("mode", "count"), [("trinary", 0), ("scale", 115), ("raw", 99)])
+def test_a_warning_counts_the_values_between_free_and_occupied(tmp_path, caplog, mode, count):
+    load_maps(map_server_files(tmp_path, RAMP, mode=mode))
+    said = f"{count} cells have values of 1 to 99 and are free here; Nav2 differs with lethal_cost_threshold below 100"
+    assert [said in message for message in caplog.messages] == [True] * bool(count)
 
 
 def test_a_key_given_twice_is_refused_as_nav2_takes_the_other_value(tmp_path):
@@ -104,12 +146,8 @@ def test_poses_beside_the_map_or_in_params(tmp_path):
     ("change", "words"),
     [
         ({"image": None}, "image: expected a file name"),
-        ({"image": "../secret.pgm"}, "image: expected a file inside"),
-        ({"image": "/etc/hostname"}, "image: expected a file inside"),
-        ({"image": "a/../../b.pgm"}, "image: expected a file inside"),
         ({"image": "gone.pgm"}, "cannot be read"),
         ({"image": "nul\0.pgm"}, "image: expected a file name"),
-        ({"origin": [0, 0, 0.3]}, "a rotated map"),
         ({"origin": [0, 0]}, "origin: expected a list of 3 numbers"),
         ({"origin": [0, float("nan"), 0]}, "origin: expected a number"),
         ({"resolution": 0}, "resolution: expected metres per cell > 0"),
@@ -121,7 +159,8 @@ def test_poses_beside_the_map_or_in_params(tmp_path):
         ({"free_thresh": [1]}, "free_thresh: expected a number"),
         ({"occupied_thresh": 65}, r"office\.yaml: occupied_thresh: expected 0\.\.1, got 65"),
         ({"free_thresh": -0.1}, r"free_thresh: expected 0\.\.1, got -0\.1"),
-        ({"free_thresh": 0.65}, r"free_thresh: expected less than occupied_thresh 0\.65, got 0\.65"),
+        ({"free_thresh": 0.7}, r"free_thresh: expected at most occupied_thresh 0\.65, got 0\.7"),
+        ({"free_thresh": 0.65, "mode": "scale"}, r"free_thresh: expected less than occupied_thresh 0\.65, got 0\.65"),
     ],
 )
 def test_bad_keys_are_named(tmp_path, change, words):

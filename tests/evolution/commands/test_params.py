@@ -372,3 +372,50 @@ def test_convert_says_nothing_of_trees_that_nav2_brings(tmp_path, capsys):
     file.write_text(f"bt_navigator: {{ros__parameters: {{default_nav_to_pose_bt_xml: {brought}}}}}\n")
     assert main(["params", "convert", str(file), "--to", "jazzy", "--nav2", "humble"]) == 0
     assert "not converted" not in capsys.readouterr().err
+
+
+def test_a_conversion_refuses_to_change_an_alias_and_keeps_the_others(tmp_path, capsys):
+    path, new = tmp_path / "old.yaml", tmp_path / "new.yaml"
+    shared = "shared: &shared {progress_checker_plugin: progress_checker}\n"
+    own = "controller_server:\n  ros__parameters:\n    failure_tolerance: &t 0.3\n    controller_frequency: *t\n"
+    path.write_text(f"{shared}{own}    <<: *shared\n")
+    assert main(["params", "convert", str(path), "--to", "jazzy", "--nav2", "humble"]) == 2
+    assert "line 1: progress_checker_plugin: expected a value alone, got an alias of YAML" in capsys.readouterr().err
+    path.write_text(f"{own}    progress_checker_plugin: &name progress_checker\n    speed_limit_topic: *name\n")
+    assert main(["params", "convert", str(path), "--to", "jazzy", "--nav2", "humble"]) == 2
+    assert "line 5: progress_checker_plugin: expected a value alone, got an anchor of YAML" in capsys.readouterr().err
+    path.write_text(f"{own}    progress_checker_plugin: progress_checker\n")
+    assert main(["params", "convert", str(path), "--to", "jazzy", "--nav2", "humble", "--out", str(new)]) == 0
+    assert new.read_text() == f"{own}    progress_checker_plugins: [progress_checker]\n"
+
+
+def test_a_parameter_is_not_inserted_into_a_merged_group(tmp_path, capsys):
+    path = tmp_path / "old.yaml"
+    shared = "shared: &shared {use_sim_time: true}\n"
+    own = "velocity_smoother:\n  ros__parameters:\n    <<: *shared\n    max_accel: [2.0, 0.0, 3.0]\n"
+    path.write_text(shared + own)
+    assert main(["params", "convert", str(path), "--to", "lyrical", "--nav2", "humble"]) == 0
+    text = capsys.readouterr().out
+    assert shared in text
+    assert "    enable_stamped_cmd_vel: false\n    max_accel: [2.0, 0.0, 3.0]\n" in text
+
+
+@pytest.mark.parametrize(
+    ("text", "words"),
+    [
+        (
+            "controller_server:\n  ros__parameters:\n    FollowPath.plugin: 'nav2_mppi_controller::MPPIController'\n"
+            "    FollowPath: {vx_max: 0.4}\n",
+            "controller_server.FollowPath.plugin: expected in a group 'FollowPath', got a dotted name beside it",
+        ),
+        (
+            "local_costmap:\n  local_costmap:\n    ros__parameters:\n      robot_radius: {{ radius }}\n",
+            "line 4: expected a value or quotes around the template {{ radius }}",
+        ),
+    ],
+)
+def test_what_a_conversion_cannot_read_is_named(tmp_path, capsys, text, words):
+    path = tmp_path / "params.yaml"
+    path.write_text(text)
+    assert main(["params", "convert", str(path), "--to", "lyrical", "--nav2", "humble"]) == 2
+    assert words in capsys.readouterr().err

@@ -72,6 +72,15 @@ def test_a_damaged_file_is_one_line_without_a_path_of_the_server(name):
     assert "/tmp" not in str(found.value)
 
 
+@pytest.mark.parametrize("beside", [{}, {"tasks.json": b'{".": []}'}])
+def test_a_dropped_map_cannot_name_a_picture_of_the_server(room, tmp_path, beside):
+    files = map_files(room)
+    (tmp_path / "secret.pgm").write_bytes(files["room.pgm"])
+    named = files["room.yaml"].replace(b"room.pgm", str(tmp_path / "secret.pgm").encode())
+    with pytest.raises(MapBenchError, match="image: expected a file inside"):
+        opened(dropped({"map.yaml": named, **beside}))
+
+
 def test_cells_of_another_size_are_refused(room):
     scene = scene_of(room)
     with pytest.raises(ConfigError, match="cells: expected 2501 cells"):
