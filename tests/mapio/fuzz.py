@@ -62,7 +62,7 @@ def write_samples(folder):
     (folder / "maze" / "config.txt").write_text(samples.MRPB_CONFIG)
     test = {"start": [-0.85, 2.15, 1.5], "goal": [-0.75, 2.25, -3.1]}
     (folder / "tasks.json").write_text(json.dumps({"maze": {"tests": [test]}}))
-    (folder / "times.csv").write_text(",".join(COLUMNS) + "\nm,dwb,0,goal,12.5,3.5,1,,,\n")
+    (folder / "times.csv").write_text(",".join(COLUMNS) + "\nm,dwb,0,goal,12.5,3.5,1,,,,\n")
     head = "world,runs,success,collision,timeout,mean_time_success,std_time_success,official_path_m\n"
     (folder / "dwa.csv").write_text(head + "7,10,8,1,1,35.3,9.0,13.4\n")
     return sample_cases(folder)
