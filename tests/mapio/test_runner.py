@@ -213,7 +213,7 @@ ENDS = [
     (HUMBLE, None, True, "aborted", ""),
     (HUMBLE, None, False, "error", "gave up before the controller had a path: no plan, or a fault of the setup"),
 ]
-"""How Nav2 ends a run, with its code if the release has codes and whether there was a path, and what the runner says."""
+"""How Nav2 ends a run, with its code if the release has any and whether there was a path, and what the runner says."""
 
 
 @pytest.mark.parametrize(
