@@ -4,7 +4,8 @@ The results are a directory of `mapbench bench`.
 
 The first table has shares and means of every controller, the others the paired differences of each named policy to
 the controllers that are not named before it. Times, lengths, clearances and smoothness are means over the runs that
-reached the goal. The intervals are 95 %: Wilson's for shares, else of bootstraps over maps.
+reached the goal. The intervals are 95 %: Wilson's for shares, else of bootstraps, over maps, or over tasks
+where there are fewer than five maps.
 """
 
 from __future__ import annotations
@@ -19,7 +20,7 @@ import numpy as np
 from run_tables import MISSING, is_goal, of, over_maps, share_and_ends
 
 from evolution import load
-from evolution.benchmark.paired import paired_rows, place_of
+from evolution.benchmark.paired import Unit, Values, groups_of, paired_rows, place_of, unit_of
 from evolution.files import Row
 from evolution.statistics import mean_interval
 
@@ -51,21 +52,19 @@ def means(rows: Sequence[Row]) -> dict[str, str]:
 def differences(policy: Sequence[Row], other: Sequence[Row]) -> dict[str, str]:
     """Return the cells of another controller beside a policy."""
     pairs = paired_rows(policy, other)
+    unit = unit_of(place_of(a) for a, _ in pairs)
     both = [(a, b) for a, b in pairs if is_goal(a) and is_goal(b)]
-    more = [(place_of(a).walls, 100.0 * (is_goal(b) - is_goal(a))) for a, b in pairs]
-    faster = [(place_of(a).walls, float(a["time_s"]) - float(b["time_s"])) for a, b in both]
+    more = [(place_of(a), 100.0 * (is_goal(b) - is_goal(a))) for a, b in pairs]
+    faster = [(place_of(a), float(a["time_s"]) - float(b["time_s"])) for a, b in both]
     return {
-        "success, points more": _mean(more, 1),
-        "seconds faster where both arrive": f"{_mean(faster, 2)}, {len(both)} runs" if both else MISSING,
+        "success, points more": _mean(more, unit, 1),
+        "seconds faster where both arrive": f"{_mean(faster, unit, 2)}, {len(both)} runs" if both else MISSING,
     }
 
 
-def _mean(values: Sequence[tuple[str, float]], digits: int) -> str:
-    """Return the mean with its interval over maps."""
-    groups: dict[str, list[float]] = {}
-    for walls, value in values:
-        groups.setdefault(walls, []).append(value)
-    low, high = mean_interval([*groups.values()])
+def _mean(values: Values, unit: Unit, digits: int) -> str:
+    """Return the mean with its interval over the units."""
+    low, high = mean_interval(groups_of(values, unit))
     interval = "" if math.isnan(low) else f" ({low:.{digits}f} to {high:.{digits}f})"
     return f"{fmean(value for _, value in values):.{digits}f}{interval}"
 
