@@ -23,13 +23,7 @@ from evolution.driving.jobs import (
     model_digest,
     models_of,
 )
-from evolution.driving.kernel_files import (
-    clear_kernels,
-    compiled_kernels,
-    export_kernels,
-    import_kernels,
-    import_shipped_kernels,
-)
+from evolution.driving.kernel_files import clear_kernels, compiled_kernels, export_kernels, import_kernels
 from evolution.driving.one_run import environment_for, run_episode
 from evolution.driving.pool import RunJob, WorkerSetup, available_cores, copy_for_workers
 from evolution.driving.resources import DEFAULT_RESOURCES, Resources
@@ -38,9 +32,6 @@ from evolution.driving.settings import DriveSettings, ParameterFile, take_shape_
 from evolution.driving.store import WAIT_SECONDS, ResultStore
 from evolution.driving.warmup import is_compiled, preparation_of, warm_up
 from evolution.driving.worker import check_room, drive, record, run_job, try_controllers
-
-Crew = WorkerSetup
-"""Former name of :class:`WorkerSetup`, for executors that import it."""
 
 __all__ = [
     "DEFAULT_RESOURCES",
@@ -51,7 +42,6 @@ __all__ = [
     "TIME",
     "WAIT_SECONDS",
     "ControllerSpec",
-    "Crew",
     "DriveSettings",
     "Evaluator",
     "Job",
@@ -77,7 +67,6 @@ __all__ = [
     "environment_for",
     "export_kernels",
     "import_kernels",
-    "import_shipped_kernels",
     "is_compiled",
     "model_digest",
     "models_of",
