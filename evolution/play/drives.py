@@ -12,10 +12,11 @@ from evolution.driving import Job, RunResult, check_room
 from evolution.play.answers import answer_message, run_message
 from evolution.play.messages.replies import Data, Way
 from evolution.play.messages.requests import Drive
-from evolution.play.plans import Given, PlannedVariant, command_lines, parameter_files, planned
+from evolution.play.plans import PlannedVariant, command_lines, parameter_files, planned
 from evolution.play.scenes import scenario_of
 from evolution.play.streaming import Part, Waypoint, run_streamed
 from evolution.play.track import RunJobs
+from evolution.play.worlds import Given
 from gym_mapbench.errors import ConfigError
 from gym_mapbench.world.scenario import Scenario
 

@@ -19,8 +19,8 @@ from evolution.play.instants import look
 from evolution.play.messages.replies import Data, Instant
 from evolution.play.messages.requests import Drive
 from evolution.play.messages.start import State
-from evolution.play.plans import Given
 from evolution.play.track import Track
+from evolution.play.worlds import Given
 from gym_mapbench.errors import ConfigError
 from gym_mapbench.mapio.output import write_new_folder
 

@@ -13,8 +13,9 @@ from evolution.commands import driving_options
 from evolution.driving import DriveSettings, JobPlan, ParameterFile
 from evolution.play.catalogue import state_of
 from evolution.play.messages.requests import AskParameters, Session, WorldSettings
-from evolution.play.plans import FILE, Given, changed_file, command_lines, parameter_files, planned
+from evolution.play.plans import changed_file, command_lines, parameter_files, planned
 from evolution.play.scenes import scene_of
+from evolution.play.worlds import FILE, Given
 from evolution.search import controllers_from
 from gym_mapbench.errors import ConfigError
 from gym_mapbench.releases import RELEASES
