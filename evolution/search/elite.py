@@ -48,9 +48,7 @@ def give_further_seeds(front: Iterable[Evaluation], budget: Budget) -> None:
     further: dict[str, tuple[int, ...]] = {}
     for one in front:
         names = [scenario.world_digest for scenario in one.map_set]
-        more = further | archive.missing(
-            {name: _next_repeats(archive.repeats_of(name), settings) for name in names}
-        )
+        more = further | archive.missing({name: _next_repeats(archive.repeats_of(name), settings) for name in names})
         if runs_in(more) <= budget.runs:
             further = more
     archive.drive_more(further)

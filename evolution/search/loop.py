@@ -30,7 +30,7 @@ from evolution.search.judging import Fitness, Judgement, Objectives, best_of
 from evolution.search.judging.expected_fitness import RELIABILITY
 from evolution.search.operators import MapMutation, Trial
 from evolution.search.record import Record
-from evolution.search.recorder import Journal, Recorder
+from evolution.search.recorder import Journal, Recorder, checkpoint_of
 from evolution.search.sections import ValidationSettings
 from evolution.search.staging import contenders, stages_of
 from evolution.search.surrogate import Surrogate
@@ -280,17 +280,9 @@ class _Search:
         return sorted(range(len(scores)), key=scores.__getitem__).index(place)
 
     def _checkpoint(self, finished: bool) -> dict[str, Any]:
-        best = best_of(self.population)
-        return {
-            "generation": self.generation,
-            "evaluations": len(self.record.individuals),
-            "finished": finished,
-            "cluster_scale": self.problem.fitness.cluster_scale,
-            "best": best.map_set.digest,
-            "best_fitness": best.judgement.fitness,
-            "population": [one.map_set.digest for one in self.population],
-            "rng": self.rng.bit_generator.state,
-        }
+        evaluations, scale = len(self.record.individuals), self.problem.fitness.cluster_scale
+        checkpoint = checkpoint_of(self.generation, evaluations, self.population, scale)
+        return {**checkpoint, "finished": finished, "rng": self.rng.bit_generator.state}
 
     def _finish(self, clock: _Clock) -> None:
         """Run the validation stage, if there is one, and write the end of the search."""
