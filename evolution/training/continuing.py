@@ -116,14 +116,12 @@ def load_experience(model: Any, path: Path) -> None:
     Raises:
         RunError: If the file is damaged or of another training.
     """
-    buffer, lost = (
-        model.replay_buffer,
-        f"{path}: expected the experience of {counted(model.num_timesteps, 'step')}, got none",
-    )
+    buffer, expected = model.replay_buffer, f"expected the experience of {counted(model.num_timesteps, 'step')}"
+    lost = f"{path}: {expected}, got none"
     if path.is_file():
         arrays = read_arrays(path, SLACK + sum(array.nbytes for array in _arrays(buffer).values()))
         steps = int(_fitting(arrays, "steps", (), path))
-        lost = f"{path}: expected the experience of {counted(model.num_timesteps, 'step')}, got that of {steps}"
+        lost = f"{path}: {expected}, got that of {steps}"
         if steps == model.num_timesteps:
             _fill(buffer, arrays, path)
             lost = ""
