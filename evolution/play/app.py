@@ -146,7 +146,7 @@ class Application:
     def _save_session(self, session: Session) -> Response:
         variants = planned(session, self._given)
         texts = {name: text.encode() for name, text in parameter_files(variants).items()}
-        command = "\n".join([*command_lines(variants, session, self._given), ""]).encode()
+        command = "\n".join([*command_lines(variants, session.scene.name), ""]).encode()
         return _download(
             f"{session.scene.name}_session.zip",
             zip_of({**map_files(scenario_of(session.scene)), **texts, "command.txt": command}),

@@ -106,7 +106,7 @@ class Desk:
             self._driven = None
             driven = prepared(request, self._given)
             self._driven = driven, send
-            drive(driven, self._given, run, send)
+            drive(driven, run, send)
         elif isinstance(request, AskSearch):
             search(self._last(request.id, send), request, run, send)
         elif isinstance(request, AskWhy):

@@ -31,12 +31,14 @@ class PlannedVariant:
 
     Args:
         variant: As the page gave it.
+        world: The world of all variants.
         plan: Its runs.
         source: The file or the preset that ``--params`` names.
         text: The text of that file; None for a preset.
     """
 
     variant: Variant
+    world: PageWorld
     plan: JobPlan
     source: str
     text: str | None
@@ -55,11 +57,10 @@ def planned(session: Session, given: Given) -> list[PlannedVariant]:
     return [_plan(variant, world) for variant in session.variants]
 
 
-def command_lines(variants: Sequence[PlannedVariant], session: Session, given: Given) -> list[str]:
-    """Return the commands that repeat the runs of some variants; variants of the same file share a command."""
+def command_lines(variants: Sequence[PlannedVariant], scene: str) -> list[str]:
+    """Return the commands that repeat the runs of some variants on a map; variants of the same file share a command."""
     groups = {source: [one for one in variants if one.source == source] for source in (one.source for one in variants)}
-    world = PageWorld(session.settings, given)
-    return [shlex.join(_arguments(group, session.scene.name, world)) for group in groups.values()]
+    return [shlex.join(_arguments(group, scene)) for group in groups.values()]
 
 
 def parameter_files(variants: Sequence[PlannedVariant]) -> dict[str, str]:
@@ -89,7 +90,7 @@ def _plan(variant: Variant, world: PageWorld) -> PlannedVariant:
         try_controllers(plan.controllers, plan.settings)
     except MapBenchError as error:
         raise ConfigError(f"{variant.name}: {error}") from None
-    return PlannedVariant(variant, plan, source, text)
+    return PlannedVariant(variant, world, plan, source, text)
 
 
 def _differs(variant: Variant, world: PageWorld) -> bool:
@@ -131,10 +132,11 @@ def _written(text: str, controller: str, values: str, known: str) -> str:
     return write_values(text, controller, json.loads(values), json.loads(known))
 
 
-def _arguments(group: Sequence[PlannedVariant], scene: str, world: PageWorld) -> Iterator[str]:
+def _arguments(group: Sequence[PlannedVariant], scene: str) -> Iterator[str]:
     """Yield the words of the command that repeats the runs of variants of one file on a map."""
-    given, shown, first = world.given, world.shown, group[0]
-    controllers = dict.fromkeys(_as_argument(given.controller(one.variant.controller)) for one in group)
+    first = group[0]
+    world, shown, time_limit = first.world, first.world.shown, first.world.given.environment.time_limit
+    controllers = dict.fromkeys(_as_argument(spec) for one in group for spec in one.plan.controllers)
     yield from ("mapbench", "bench", f"{scene}.yaml", "--controllers", ",".join(controllers))
     yield from ("--params", first.source)
     if first.text is not None:
@@ -147,8 +149,8 @@ def _arguments(group: Sequence[PlannedVariant], scene: str, world: PageWorld) ->
     elif world.names_robot(first.text):
         yield from ("--robot", shown.robot or first.plan.settings.robot.name)
     yield from ("--noise", shown.noise, "--seed", str(shown.seed), "--repeats", str(shown.repeats))
-    if given.environment.time_limit != EnvConfig().time_limit:
-        yield from ("--time-limit", repr(given.environment.time_limit))
+    if time_limit != EnvConfig().time_limit:
+        yield from ("--time-limit", repr(time_limit))
 
 
 def _as_argument(spec: ControllerSpec) -> str:
