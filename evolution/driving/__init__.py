@@ -23,7 +23,8 @@ from evolution.driving.jobs import (
     model_digest,
     models_of,
 )
-from evolution.driving.kernel_files import clear_kernels, compiled_kernels, export_kernels, import_kernels
+from evolution.driving.kernel_archive import export_kernels, import_kernels
+from evolution.driving.kernel_files import clear_kernels, compiled_kernels
 from evolution.driving.one_run import environment_for, run_episode
 from evolution.driving.pool import RunJob, WorkerSetup, available_cores, copy_for_workers
 from evolution.driving.resources import DEFAULT_RESOURCES, Resources
