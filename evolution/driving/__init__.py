@@ -29,7 +29,14 @@ from evolution.driving.one_run import environment_for, run_episode
 from evolution.driving.pool import RunJob, WorkerSetup, available_cores, copy_for_workers
 from evolution.driving.resources import DEFAULT_RESOURCES, Resources
 from evolution.driving.seeds import derive_seed
-from evolution.driving.settings import DriveSettings, ParameterFile, take_shape_of_robot, with_parameters, with_robot
+from evolution.driving.settings import (
+    DriveSettings,
+    ParameterFile,
+    chosen_robot,
+    take_shape_of_robot,
+    with_parameters,
+    with_robot,
+)
 from evolution.driving.store import WAIT_SECONDS, ResultStore
 from evolution.driving.warmup import is_compiled, preparation_of, warm_up
 from evolution.driving.worker import check_room, drive, record, run_job, try_controllers
@@ -60,6 +67,7 @@ __all__ = [
     "check_controllers",
     "check_metric",
     "check_room",
+    "chosen_robot",
     "clear_kernels",
     "compiled_kernels",
     "copy_for_workers",

@@ -146,8 +146,8 @@ def _arguments(group: Sequence[PlannedVariant], scene: str) -> Iterator[str]:
         yield from ("--only", only) if only else ()
     if shown.robot_radius is not None:
         yield from ("--robot-radius", repr(shown.robot_radius))
-    elif world.names_robot(first.text):
-        yield from ("--robot", shown.robot or first.plan.settings.robot.name)
+    elif name := world.robot_name(first.text):
+        yield from ("--robot", name)
     yield from ("--noise", shown.noise, "--seed", str(shown.seed), "--repeats", str(shown.repeats))
     if time_limit != EnvConfig().time_limit:
         yield from ("--time-limit", repr(time_limit))

@@ -15,6 +15,7 @@ from evolution.driving import (
     ControllerSpec,
     DriveSettings,
     ParameterFile,
+    chosen_robot,
     take_shape_of_robot,
     with_parameters,
     with_robot,
@@ -26,7 +27,7 @@ from gym_mapbench.errors import ConfigError, MapBenchError, refuse_unknown, unkn
 from gym_mapbench.files.documents import read_document_text
 from gym_mapbench.releases import Release
 from gym_mapbench.world.noise import NOISES
-from gym_mapbench.world.robot import ROBOTS, RobotSpec, make_robot
+from gym_mapbench.world.robot import ROBOTS
 
 FILE = "file"
 """Name of the parameter file of the command line among the presets."""
@@ -157,31 +158,25 @@ class PageWorld:
             settings = with_parameters(settings, self.read(text))
         refuse_unknown("noise level", self.shown.noise, NOISES.names())
         settings = settings.replace(environment=settings.environment.replace(noise=self.shown.noise))
-        robot = self._robot(settings.robot, text)
-        if robot is None:
+        name, radius = self.robot_name(text), self.shown.robot_radius
+        if name is None and radius is None:
             return settings
+        if radius is None:
+            refuse_unknown("robot", name, ROBOTS.names())
+        robot = chosen_robot(settings.robot, name, radius, "robot and robot_radius")
         return settings.replace(
             environment=with_robot(settings.environment, robot),
-            navigation=take_shape_of_robot(settings.navigation, self.shown.robot_radius),
+            navigation=take_shape_of_robot(settings.navigation, radius),
         )
 
-    def names_robot(self, text: str | None) -> bool:
-        """Whether the robot has to be named: a changed preset keeps that of the preset, which a file does not name."""
-        return bool(self.shown.robot) or (text is not None and self.file is None)
+    def robot_name(self, text: str | None) -> str | None:
+        """Return the name of the robot that replaces the one of the parameters; None if none does.
 
-    def _robot(self, robot: RobotSpec, text: str | None) -> RobotSpec | None:
-        """Return the robot that replaces the one of the parameters; None if none does."""
-        name, radius = self.shown.robot, self.shown.robot_radius
-        if name and radius is not None:
-            raise ConfigError("robot and robot_radius: expected one of them, got both")
-        if radius is not None:
-            return robot.replace(name="custom", radius=radius, footprint=None)
-        if not self.names_robot(text):
-            return None
-        name = name or EnvConfig().robot.name
-        if name not in ROBOTS.names():
-            raise unknown_name("robot", name, ROBOTS.names())
-        return make_robot(name)
+        A changed preset keeps the robot of the preset, which a file does not name.
+        """
+        if not self.shown.robot and self.shown.robot_radius is None and text is not None and self.file is None:
+            return EnvConfig().robot.name
+        return self.shown.robot or None
 
 
 @lru_cache(maxsize=64)
