@@ -109,14 +109,9 @@ def run(args: argparse.Namespace) -> int:
     print_table(found.table())
     results, runs = found.best_results, found.runs
     search = found.config["search"]
-    hints = failing_controller_sentence(results, runs) + slow_everywhere_sentence(results, search)
-    for line in (
-        *table_sentence(search),
-        *validation_sentence(results, search),
-        *hints,
-        *front_lines(found),
-        *contact_sentence(runs),
-    ):
+    sentences = table_sentence(search) + validation_sentence(results, search)
+    sentences += failing_controller_sentence(results, runs) + slow_everywhere_sentence(results, search)
+    for line in (*sentences, *front_lines(found), *contact_sentence(runs)):
         console.print(line)
     console.print(f"Pictures are in {found.path / 'figures'}; {found.path / 'README.txt'} explains the other files.")
     run = shlex.quote(str(found.path))

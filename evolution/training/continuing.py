@@ -164,12 +164,8 @@ def _arrays(buffer: Any) -> dict[str, NDArray[Any]]:
 def _fitting(arrays: Mapping[str, NDArray[Any]], name: str, shape: tuple[int, ...], path: Path) -> NDArray[Any]:
     """Return an array of numbers of the right shape."""
     found = arrays.get(name)
-    if (
-        found is None
-        or found.shape != shape
-        or not np.issubdtype(found.dtype, np.number)
-        or not np.isfinite(found).all()
-    ):
+    numbers = found is not None and found.shape == shape and np.issubdtype(found.dtype, np.number)
+    if found is None or not (numbers and np.isfinite(found).all()):
         what = "none" if found is None else f"{found.dtype} {found.shape}"
         raise RunError(f"{path}: {name}: expected finite numbers of shape {shape}, got {what}")
     return found
