@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import json
 import math
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import asdict, dataclass
 from functools import cached_property
 from itertools import combinations
@@ -17,10 +17,8 @@ from evolution.benchmark.runs import BenchResult, bench_row, named_metrics
 from evolution.benchmark.scores import score_rows
 from evolution.driving import Evaluator, JobPlan
 from evolution.files import Row, Table
-from gym_mapbench.errors import ArgumentError, ConfigError, refuse_unknown
+from gym_mapbench.errors import ArgumentError, ConfigError
 from gym_mapbench.world.scenario import Scenario
-
-COMPARED_TABLES = ("configurations", "pairs", "maps", "parameters", "runs")
 
 
 @dataclass(frozen=True)
@@ -101,23 +99,20 @@ class ParameterComparison(BenchResult):
             for (a, b), row, of_success, of_time in zip(names, found, success, time, strict=True)
         ]
 
-    def table(self, name: str = "configurations") -> Table:
-        """Return a table.
+    @property
+    def tables(self) -> Mapping[str, Callable[[], Table]]:
+        """``configurations`` (scores of each side), ``pairs`` (two sides each), ``maps``, ``parameters`` and ``runs``.
 
-        Args:
-            name: ``configurations`` (scores of each side), ``pairs`` (two sides each), ``maps`` (goals and mean times
-                of each side, largest differences of two compared sides first), ``parameters`` (the keys that differ)
-                or ``runs``.
-
-        Raises:
-            ConfigError: If there is no such table.
+        ``maps`` has goals and mean times of each side, largest differences of two compared sides first; ``parameters``
+        has the keys that differ.
         """
-        refuse_unknown("table", name or "configurations", COMPARED_TABLES)
-        if name == "pairs":
-            return Table(self.pairs)
-        if name == "maps":
-            return Table(_map_rows(self.sides, list(self._compared())))
-        return Table(self.parameters if name == "parameters" else self.rows if name == "runs" else self._scores())
+        return {
+            "configurations": lambda: Table(self._scores()),
+            "pairs": lambda: Table(self.pairs),
+            "maps": lambda: Table(_map_rows(self.sides, list(self._compared()))),
+            "parameters": lambda: Table(self.parameters),
+            "runs": lambda: Table(self.rows),
+        }
 
     def to_json(self) -> str:
         """Return one JSON object as text: ``runs``, ``pairs``, ``parameters``, ``against_first``, any ``metrics``."""

@@ -21,23 +21,15 @@ from gym_mapbench.world.scenario import Scenario
 BENCHMARK = DirectoryKind("benchmark", "benchmark.json", format_version=1, remade=True)
 
 
-def begin_benchmark(path: Path, benchmark: Mapping[str, Any], *, resume: bool) -> Path:
-    """Begin a directory, or continue one.
+def begin_benchmark(path: Path, benchmark: Mapping[str, Any], *, resume: bool) -> None:
+    """Begin a directory, or continue one; errors as for :meth:`~evolution.files.DirectoryKind.begin_or_resume`.
 
     Args:
         path: The directory.
         benchmark: Everything that the results depend on, as :func:`benchmark_document` returns it.
         resume: Whether to continue a benchmark that was begun there.
-
-    Returns:
-        The directory.
-
-    Raises:
-        ConfigError: If it holds anything, or with ``resume`` if another benchmark was begun there.
-        RunError: If it cannot be written, or with ``resume`` if it holds no benchmark or another version's.
     """
     BENCHMARK.begin_or_resume(path, {"benchmark": benchmark}, _options, resume=resume)
-    return path
 
 
 def benchmark_document(scenarios: Sequence[Scenario], plan: JobPlan) -> dict[str, Any]:

@@ -6,7 +6,7 @@ import json
 import math
 from abc import abstractmethod
 from collections import Counter
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
 
@@ -17,12 +17,10 @@ from evolution.benchmark.scores import pair_rows, score_rows, value_of
 from evolution.driving import Evaluator, Job, JobPlan, RunResult
 from evolution.files import Row, Table, Tabled, write_text
 from evolution.runs import Reevaluation
-from gym_mapbench.errors import refuse_unknown
 from gym_mapbench.metrics import OF_BODIES, OF_EVERY_RUN
 from gym_mapbench.world.scenario import Scenario
 
 BENCH, BENCH_TABLE = "bench.json", "bench.csv"
-TABLES = ("summary", "runs", "controllers", "pairs")
 
 
 class BenchResult(Tabled):
@@ -69,24 +67,20 @@ class Benchmark(BenchResult):
     plan: JobPlan | None = None
     digests: Mapping[str, str] = field(default_factory=dict)
 
-    def table(self, name: str = "summary") -> Table:
-        """Return a table.
+    @property
+    def tables(self) -> Mapping[str, Callable[[], Table]]:
+        """``summary`` (one row per map and controller), ``runs``, ``controllers`` and ``pairs``.
 
-        Args:
-            name: ``summary`` (one row per map and controller; measures are means over the runs that reached the goal),
-                ``runs`` (one row per run), ``controllers`` (one per controller, over all maps) or ``pairs`` (one per
-                two controllers, on the same maps); the last two with intervals.
-
-        Raises:
-            ConfigError: If there is no such table.
+        In ``summary`` measures are means over the runs that reached the goal. ``controllers`` has a row per controller,
+        over all maps, and ``pairs`` a row per two controllers, on the same maps; both have intervals.
         """
-        refuse_unknown("table", name or "summary", TABLES)
-        if name in ("controllers", "pairs"):
-            names = list(dict.fromkeys(row["controller"] for row in self.rows))
-            return Table(
-                score_rows(self.rows, names, self.metrics) if name == "controllers" else pair_rows(self.rows, names)
-            )
-        return Table(self.rows) if name == "runs" else Table(_summary(rows, self.metrics) for rows in self._groups())
+        names = list(dict.fromkeys(row["controller"] for row in self.rows))
+        return {
+            "summary": lambda: Table(_summary(rows, self.metrics) for rows in self._groups()),
+            "runs": lambda: Table(self.rows),
+            "controllers": lambda: Table(score_rows(self.rows, names, self.metrics)),
+            "pairs": lambda: Table(pair_rows(self.rows, names)),
+        }
 
     @property
     def failures(self) -> list[str]:

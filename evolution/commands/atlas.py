@@ -31,12 +31,7 @@ def add_parser(subparsers: argparse._SubParsersAction[argparse.ArgumentParser]) 
     maps = parser.add_argument_group("the maps")
     experiment_options.add_preset_options(maps)
     experiment_options.add_map_options(maps)
-    driving_options.add_controllers_option(
-        parser, "those of --config, else the controller_plugins of the --params file, else those of the preset"
-    )
-    driving_options.add_drive_options(parser, "that of the preset or of --config")
-    driving_options.add_seed_option(parser)
-    driving_options.add_resource_options(parser)
+    experiment_options.add_run_options(parser)
     parser.add_argument("--out", metavar="DIR", required=True, help="new directory of the maps and their page")
     parser.add_argument("--resume", action="store_true", help="continue the atlas in the directory of --out")
     parser.set_defaults(run=run)

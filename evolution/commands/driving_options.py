@@ -16,6 +16,7 @@ from evolution.driving import (
     DriveSettings,
     ParameterFile,
     Resources,
+    chosen_robot,
     take_shape_of_robot,
     with_parameters,
     with_robot,
@@ -28,7 +29,7 @@ from gym_mapbench.planners import PLANNERS
 from gym_mapbench.releases import Release
 from gym_mapbench.ros_params import parse_defines
 from gym_mapbench.world.noise import NOISES
-from gym_mapbench.world.robot import ROBOTS, RobotSpec, make_robot
+from gym_mapbench.world.robot import ROBOTS
 
 RESOURCE_OPTIONS = ("workers", "executor", "scheduler", "wait", "run_timeout")
 """Options that :func:`resources_of` reads."""
@@ -281,19 +282,9 @@ def _environment(args: argparse.Namespace, environment: EnvConfig) -> EnvConfig:
         "collision_ends_episode": None if args.contact is None else args.contact == "ends",
         "noise": args.noise,
     }
-    world = with_robot(environment, _robot(args, environment.robot))
+    robot = chosen_robot(environment.robot, args.robot, args.robot_radius, "--robot and --robot-radius")
+    world = with_robot(environment, robot)
     return world.replace(**{key: value for key, value in changes.items() if value is not None})
-
-
-def _robot(args: argparse.Namespace, robot: RobotSpec) -> RobotSpec:
-    """Return the named robot, or ``robot``; a radius of the command line replaces its shape."""
-    if args.robot is not None and args.robot_radius is not None:
-        raise ConfigError("--robot and --robot-radius: expected one of them, got both")
-    if args.robot is not None:
-        return make_robot(args.robot)
-    if args.robot_radius is None:
-        return robot
-    return robot.replace(name="custom", radius=args.robot_radius, footprint=None)
 
 
 def _navigation(args: argparse.Namespace, settings: DriveSettings) -> NavigationParams:

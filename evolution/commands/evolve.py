@@ -49,12 +49,7 @@ def add_parser(subparsers: argparse._SubParsersAction[argparse.ArgumentParser]) 
     """Add the subcommand."""
     parser = options.example_parser(subparsers, "evolve", EXAMPLES)
     _add_search_options(parser.add_argument_group("the search"))
-    driving_options.add_controllers_option(
-        parser, "those of --config, else the controller_plugins of the --params file, else those of the preset"
-    )
-    driving_options.add_drive_options(parser, "that of the preset or of --config")
-    driving_options.add_seed_option(parser)
-    driving_options.add_resource_options(parser)
+    experiment_options.add_run_options(parser)
     parser.add_argument("--out", metavar="DIR", help="run directory (default runs/FITNESS-popN-seedN)")
     parser.add_argument(
         "--resume",
@@ -114,14 +109,9 @@ def run(args: argparse.Namespace) -> int:
     print_table(found.table())
     results, runs = found.best_results, found.runs
     search = found.config["search"]
-    hints = failing_controller_sentence(results, runs) + slow_everywhere_sentence(results, search)
-    for line in (
-        *table_sentence(search),
-        *validation_sentence(results, search),
-        *hints,
-        *front_lines(found),
-        *contact_sentence(runs),
-    ):
+    sentences = table_sentence(search) + validation_sentence(results, search)
+    sentences += failing_controller_sentence(results, runs) + slow_everywhere_sentence(results, search)
+    for line in (*sentences, *front_lines(found), *contact_sentence(runs)):
         console.print(line)
     console.print(f"Pictures are in {found.path / 'figures'}; {found.path / 'README.txt'} explains the other files.")
     run = shlex.quote(str(found.path))

@@ -32,6 +32,16 @@ def add_map_options(group: argparse._ArgumentGroup) -> None:
     )
 
 
+def add_run_options(parser: argparse.ArgumentParser) -> None:
+    """Add the options about controllers, robot, world, seed and resources."""
+    driving_options.add_controllers_option(
+        parser, "those of --config, else the controller_plugins of the --params file, else those of the preset"
+    )
+    driving_options.add_drive_options(parser, "that of the preset or of --config")
+    driving_options.add_seed_option(parser)
+    driving_options.add_resource_options(parser)
+
+
 def configuration_in(args: argparse.Namespace) -> Mapping[str, Any]:
     """Return the content of ``--config``; nothing if it is not given."""
     return {} if args.config is None else read_document(args.config)

@@ -105,6 +105,7 @@ class Bar:
             expand=True,
             disable=notes.quiet or not notes.is_terminal,
         )
+        self.speed = RunsPerSecond()
         self.compiled = is_compiled()
         self.task = self.bar.add_task(what, total=total, state="" if self.compiled else COMPILING)
 
@@ -127,9 +128,8 @@ class WorkBar(Bar):
     """
 
     def __init__(self, what: str, total: int | None = None) -> None:
-        self.speed = RunsPerSecond()
-        self.told = self.speed.began
         super().__init__(what, total, MofNCompleteColumn(), StateColumn(), TimeColumn())
+        self.told = self.speed.began
 
     def tell(self, line: str) -> None:
         """Print a line where there is no bar, unless the last one is not long ago."""

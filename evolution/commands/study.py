@@ -11,7 +11,7 @@ from evolution.api import study
 from evolution.benchmark import few_maps_in_words
 from evolution.commands import driving_options, options
 from evolution.commands.console import console, note, print_table, say
-from evolution.commands.progress import Bar, RunsPerSecond, StateColumn, best_in_short, best_in_words
+from evolution.commands.progress import Bar, StateColumn, best_in_short, best_in_words
 from evolution.commands.run_notes import check_measured, note_errors
 from evolution.driving import Job, RunResult
 from evolution.files import Row, Table, counted
@@ -131,7 +131,6 @@ class StudyBar(Bar):
     """Progress over the whole study: a bar on a terminal, one line per run in a file or pipe."""
 
     def __init__(self, name: str) -> None:
-        self.speed = RunsPerSecond()
         super().__init__(name, 1.0, TaskProgressColumn(), StateColumn())
 
     def show(self, progress: StudyProgress) -> None:

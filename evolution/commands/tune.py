@@ -9,7 +9,7 @@ from rich.progress import MofNCompleteColumn
 from evolution.api import tune
 from evolution.commands import driving_options, options
 from evolution.commands.console import console, note, only_results_on_stdout, print_table, say
-from evolution.commands.progress import Bar, RunsPerSecond, StateColumn
+from evolution.commands.progress import Bar, StateColumn
 from evolution.commands.run_notes import check_measured, note_errors
 from evolution.driving import Job, RunResult
 from evolution.files import counted
@@ -153,8 +153,6 @@ class TuneBar(Bar):
     """
 
     def __init__(self, trials: int) -> None:
-        self.speed = RunsPerSecond()
-        self.trials = trials
         super().__init__("tuning", trials, MofNCompleteColumn(), StateColumn())
 
     def on_trial(self, trial: Trial, runs: int) -> None:

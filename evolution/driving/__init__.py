@@ -23,24 +23,23 @@ from evolution.driving.jobs import (
     model_digest,
     models_of,
 )
-from evolution.driving.kernel_files import (
-    clear_kernels,
-    compiled_kernels,
-    export_kernels,
-    import_kernels,
-    import_shipped_kernels,
-)
+from evolution.driving.kernel_archive import export_kernels, import_kernels
+from evolution.driving.kernel_files import clear_kernels, compiled_kernels
 from evolution.driving.one_run import environment_for, run_episode
 from evolution.driving.pool import RunJob, WorkerSetup, available_cores, copy_for_workers
 from evolution.driving.resources import DEFAULT_RESOURCES, Resources
 from evolution.driving.seeds import derive_seed
-from evolution.driving.settings import DriveSettings, ParameterFile, take_shape_of_robot, with_parameters, with_robot
+from evolution.driving.settings import (
+    DriveSettings,
+    ParameterFile,
+    chosen_robot,
+    take_shape_of_robot,
+    with_parameters,
+    with_robot,
+)
 from evolution.driving.store import WAIT_SECONDS, ResultStore
 from evolution.driving.warmup import is_compiled, preparation_of, warm_up
 from evolution.driving.worker import check_room, drive, record, run_job, try_controllers
-
-Crew = WorkerSetup
-"""Former name of :class:`WorkerSetup`, for executors that import it."""
 
 __all__ = [
     "DEFAULT_RESOURCES",
@@ -51,7 +50,6 @@ __all__ = [
     "TIME",
     "WAIT_SECONDS",
     "ControllerSpec",
-    "Crew",
     "DriveSettings",
     "Evaluator",
     "Job",
@@ -69,6 +67,7 @@ __all__ = [
     "check_controllers",
     "check_metric",
     "check_room",
+    "chosen_robot",
     "clear_kernels",
     "compiled_kernels",
     "copy_for_workers",
@@ -77,7 +76,6 @@ __all__ = [
     "environment_for",
     "export_kernels",
     "import_kernels",
-    "import_shipped_kernels",
     "is_compiled",
     "model_digest",
     "models_of",

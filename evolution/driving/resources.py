@@ -49,16 +49,7 @@ class Resources(Settings):
         retries: int = 1,
         on_run: OnRun | None = None,
     ) -> Evaluator:
-        """Return an evaluator that uses these resources.
-
-        Args:
-            run_job: Drives one job in a worker process.
-            store: Keeps the results; in memory if None.
-            warm_up: Called once in every new worker.
-            kind: The evaluator's class.
-            retries: Further attempts after an error.
-            on_run: Called after each run with its job, its result, and the number of remaining runs of its batch.
-        """
+        """Return an evaluator of a class, ``kind``, that uses these resources; arguments as for :class:`Evaluator`."""
         return kind(
             run_job,
             store,

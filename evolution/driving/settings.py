@@ -16,7 +16,7 @@ from gym_mapbench.errors import ConfigError
 from gym_mapbench.releases import Release
 from gym_mapbench.ros_params import overlay
 from gym_mapbench.settings import Settings
-from gym_mapbench.world.robot import RobotSpec
+from gym_mapbench.world.robot import RobotSpec, make_robot
 
 UNUSED = ("maps", "start", "goal", "resolution", "family", "shapes", "observation", "action", "reward")
 """Options of the env that its other users need: controllers have other maps, and sensors and commands of their own."""
@@ -110,6 +110,19 @@ def with_parameters(settings: DriveSettings, read: Nav2Params) -> DriveSettings:
     physics = _physics_hz(max(world.physics_hz, lowest_physics_hz(robot)), control)
     world = world.replace(robot=robot, control_hz=control, physics_hz=physics)
     return settings.replace(navigation=read.navigation, environment=world)
+
+
+def chosen_robot(own: RobotSpec, name: str | None, radius: float | None, options: str) -> RobotSpec:
+    """Return the robot of a name, or the own one: as a disc of a radius, m, if there is one.
+
+    Raises:
+        ConfigError: If name and radius are given, by ``options``; or there is no such robot.
+    """
+    if name is not None and radius is not None:
+        raise ConfigError(f"{options}: expected one of them, got both")
+    if name is not None:
+        return make_robot(name)
+    return own if radius is None else own.replace(name="custom", radius=radius, footprint=None)
 
 
 def with_robot(world: EnvConfig, robot: RobotSpec) -> EnvConfig:

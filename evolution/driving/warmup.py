@@ -22,7 +22,8 @@ from controllers.nav2_params import NavigationParams, load_preset
 from controllers.navigator.navigator import Navigator
 from controllers.registry import FOLLOWERS
 from evolution.driving.jobs import ControllerSpec, JobPlan
-from evolution.driving.kernel_files import import_shipped_kernels, is_compiling_off
+from evolution.driving.kernel_archive import import_shipped_kernels
+from evolution.driving.kernel_files import is_compiling_off
 from evolution.driving.one_run import context_of, environment_for, run_episode
 from evolution.driving.settings import DriveSettings
 from evolution.driving.worker import build_controller

@@ -5,11 +5,12 @@ from __future__ import annotations
 import html
 import math
 from abc import ABC, abstractmethod
-from collections.abc import Iterable, Iterator, Sequence
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from statistics import median
 from typing import TYPE_CHECKING, Any, overload
 
 from evolution.files.plain import Row, csv_of
+from gym_mapbench.errors import refuse_unknown
 
 if TYPE_CHECKING:
     import pandas
@@ -104,9 +105,24 @@ class Table(Sequence[Row]):
 class Tabled(ABC):
     """Results that can be looked at as tables; a notebook shows the first of them."""
 
+    @property
     @abstractmethod
+    def tables(self) -> Mapping[str, Callable[[], Table]]:
+        """The functions that return the tables, by name; the table to look at comes first."""
+
     def table(self, name: str = "") -> Table:
-        """Return one of the tables by name; without a name, the one to look at first."""
+        """Return one of the tables.
+
+        Args:
+            name: One of :attr:`tables`; empty for the first.
+
+        Raises:
+            ConfigError: If there is no such table.
+        """
+        tables = self.tables
+        name = name or next(iter(tables))
+        refuse_unknown("table", name, tables)
+        return tables[name]()
 
     def to_pandas(self, name: str = "") -> pandas.DataFrame:
         """Return one of the tables (see :meth:`table`) as a pandas DataFrame; pandas must be installed."""

@@ -11,6 +11,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -53,10 +54,15 @@ class Minimized(Tabled):
     held_after: tuple[bool, ...]
     steps: tuple[Row, ...]
 
-    def table(self, name: str = "") -> Table:
-        """Return both maps as rows; with the name ``steps``, all smaller maps."""
-        if name == "steps":
-            return Table({name.replace("_", " "): value for name, value in row.items()} for row in self.steps)
+    @property
+    def tables(self) -> Mapping[str, Callable[[], Table]]:
+        """``maps``, the original and the smallest one, and ``steps``, all smaller maps."""
+        return {"maps": self._maps, "steps": self._steps}
+
+    def _steps(self) -> Table:
+        return Table({name.replace("_", " "): value for name, value in row.items()} for row in self.steps)
+
+    def _maps(self) -> Table:
         sides = (("before", self.before, self.held_before), ("after", self.after, self.held_after))
         return Table(
             {

@@ -7,8 +7,8 @@ results and what the robots believe, computed by the same code as ``mapbench ben
 from __future__ import annotations
 
 from evolution.play.messages.requests import AskRandom, WorldSettings
-from evolution.play.plans import FILE, Given
 from evolution.play.scenes import sampled, scene_of
 from evolution.play.server import Beginning, export_session, serve
+from evolution.play.worlds import FILE, Given
 
 __all__ = ["FILE", "AskRandom", "Beginning", "Given", "WorldSettings", "export_session", "sampled", "scene_of", "serve"]

@@ -33,8 +33,9 @@ from evolution.play.messages.requests import (
     read_request,
 )
 from evolution.play.messages.start import State
-from evolution.play.plans import Given, changed_file, command_lines, parameter_files, planned
+from evolution.play.plans import changed_file, command_lines, parameter_files, planned
 from evolution.play.scenes import map_files, opened, sampled, scenario_of
+from evolution.play.worlds import Given
 from gym_mapbench.errors import ConfigError, MapBenchError
 from gym_mapbench.files.documents import parse_json
 from gym_mapbench.settings import Settings
@@ -145,7 +146,7 @@ class Application:
     def _save_session(self, session: Session) -> Response:
         variants = planned(session, self._given)
         texts = {name: text.encode() for name, text in parameter_files(variants).items()}
-        command = "\n".join([*command_lines(variants, session, self._given), ""]).encode()
+        command = "\n".join([*command_lines(variants, session.scene.name), ""]).encode()
         return _download(
             f"{session.scene.name}_session.zip",
             zip_of({**map_files(scenario_of(session.scene)), **texts, "command.txt": command}),

@@ -22,7 +22,7 @@ from evolution.play.messages.start import (
     State,
 )
 from evolution.play.parameters import controller_parameters, costmap_parameters
-from evolution.play.plans import FILE, Given, own_settings
+from evolution.play.worlds import FILE, Given, PageWorld
 from gym_mapbench.errors import MapBenchError
 from gym_mapbench.generator import FAMILIES, make_family
 from gym_mapbench.registry import Registry
@@ -53,7 +53,7 @@ def state_of(given: Given, scenes: Sequence[Scene], settings: WorldSettings, cho
         settings: The world to begin with.
         chosen: The controllers to begin with.
     """
-    worlds = {name: own_settings(settings.replace(preset=name), given) for name in given.presets}
+    worlds = {name: PageWorld(settings.replace(preset=name), given).own_settings for name in given.presets}
     return State(
         version=PACKAGE_VERSION,
         scene=scenes[0],

@@ -13,10 +13,10 @@ from evolution.play.instants import look
 from evolution.play.messages.replies import Error, Instant
 from evolution.play.messages.requests import AskInstant, AskSearch, AskWhy, Cancel, Drive, Request
 from evolution.play.newest import Newest
-from evolution.play.plans import Given
 from evolution.play.searches import search, why
 from evolution.play.streaming import CancelledError
 from evolution.play.track import Track
+from evolution.play.worlds import Given
 from gym_mapbench.errors import ConfigError, MapBenchError, RunError
 
 LOG = logging.getLogger(__name__)
@@ -106,7 +106,7 @@ class Desk:
             self._driven = None
             driven = prepared(request, self._given)
             self._driven = driven, send
-            drive(driven, self._given, run, send)
+            drive(driven, run, send)
         elif isinstance(request, AskSearch):
             search(self._last(request.id, send), request, run, send)
         elif isinstance(request, AskWhy):

@@ -12,10 +12,11 @@ from evolution.driving import Job, RunResult, check_room
 from evolution.play.answers import answer_message, run_message
 from evolution.play.messages.replies import Data, Way
 from evolution.play.messages.requests import Drive
-from evolution.play.plans import Given, PlannedVariant, command_lines, parameter_files, planned
+from evolution.play.plans import PlannedVariant, command_lines, parameter_files, planned
 from evolution.play.scenes import scenario_of
 from evolution.play.streaming import Part, Waypoint, run_streamed
 from evolution.play.track import RunJobs
+from evolution.play.worlds import Given
 from gym_mapbench.errors import ConfigError
 from gym_mapbench.world.scenario import Scenario
 
@@ -73,7 +74,7 @@ def prepared(request: Drive, given: Given) -> Driven:
     return driven
 
 
-def drive(driven: Driven, given: Given, run: RunJobs, send: Send) -> None:
+def drive(driven: Driven, run: RunJobs, send: Send) -> None:
     """Run all variants; sends ``way`` and ``run`` for each run, then ``answer``.
 
     Raises:
@@ -97,7 +98,7 @@ def drive(driven: Driven, given: Given, run: RunJobs, send: Send) -> None:
 
     every = {job.key: job for own in jobs.values() for job in own}
     run(run_streamed, _in_order(every.values()), pass_on, finish)
-    send(_answer(driven, given, jobs))
+    send(_answer(driven, jobs))
 
 
 def _in_order(jobs: Iterable[Job]) -> list[Job]:
@@ -111,8 +112,9 @@ def _cost(job: Job) -> float:
     return relative_cost(job.controller.registered_name, job.settings.navigation)
 
 
-def _answer(driven: Driven, given: Given, jobs: dict[str, list[Job]]) -> Data:
+def _answer(driven: Driven, jobs: dict[str, list[Job]]) -> Data:
     request, variants = driven.request, driven.variants
     results = {name: [(job, driven.results[job.key]) for job in own] for name, own in jobs.items()}
-    files = [f"{request.scene.name}.yaml", *parameter_files(variants)]
-    return answer_message(request.id, variants, results, command_lines(variants, request, given), files)
+    name = request.scene.name
+    files, commands = [f"{name}.yaml", *parameter_files(variants)], command_lines(variants, name)
+    return answer_message(request.id, variants, results, commands, files)

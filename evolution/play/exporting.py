@@ -19,8 +19,8 @@ from evolution.play.instants import look
 from evolution.play.messages.replies import Data, Instant
 from evolution.play.messages.requests import Drive
 from evolution.play.messages.start import State
-from evolution.play.plans import Given
 from evolution.play.track import Track
+from evolution.play.worlds import Given
 from gym_mapbench.errors import ConfigError
 from gym_mapbench.mapio.output import write_new_folder
 
@@ -51,7 +51,7 @@ def export(given: Given, state: State, tracks: Sequence[Track], folder: Path) ->
         raise ConfigError(f"{folder}: expected a new or empty folder")
     request = Drive(id=1, scene=state.scene, settings=state.settings, variants=tuple(state.variants))
     driven, replies = prepared(request, given), list[Data]()
-    drive(driven, given, tracks[0].run, replies.append)
+    drive(driven, tracks[0].run, replies.append)
     recorded = {
         "state": state.model_dump(mode="json"),
         "replies": [reply.model_dump(mode="json") for reply in replies],

@@ -40,7 +40,7 @@ class Look:
     Args:
         environment: The env of the run.
         times: The moments, s, ascending.
-        show: Takes the fields of :class:`Instant` at each moment.
+        show: Takes the fields of :class:`~evolution.play.messages.replies.Instant` at each moment.
     """
 
     environment: EnvConfig
@@ -66,7 +66,7 @@ class Look:
             raise SeenError
 
     def fields(self) -> dict[str, Any]:
-        """Return the fields of :class:`Instant` but those that say which run it is."""
+        """Return the fields of :class:`~evolution.play.messages.replies.Instant` but those that say which run it is."""
         x, y, yaw = self.info["pose"].tolist()
         seen = {
             "time": float(self.info["time"]),
@@ -105,7 +105,7 @@ class Look:
 
 
 def look(times: Sequence[float], address: Address, job: Job) -> RunResult:
-    """Run a job up to some moments, in a worker, and send the fields of :class:`Instant` at each.
+    """Run a job up to some moments, in a worker, and send what :meth:`Look.fields` returns at each.
 
     Of the moments after the end, the last cycle is sent once.
 

@@ -203,15 +203,7 @@ def _found(asked: AskSearch, better: Sequence[_Tried], done: int) -> str:
 
 
 def _offers(asked: AskSearch | AskWhy, done: int, of: int, offers: list[Offer], text: str, *, finished: bool) -> Offers:
-    return Offers(
-        id=asked.id,
-        task=asked.type,
-        done=done,
-        of=of,
-        finished=finished,
-        offers=offers,
-        text=text,
-    )
+    return Offers(id=asked.id, task=asked.type, done=done, of=of, finished=finished, offers=offers, text=text)
 
 
 def _check_size(scenario: Scenario) -> None:

@@ -14,8 +14,8 @@ from evolution.play.catalogue import state_of
 from evolution.play.exporting import export
 from evolution.play.messages.requests import MAX_TEXT, Scene, WorldSettings
 from evolution.play.messages.start import State
-from evolution.play.plans import Given, own_settings
 from evolution.play.track import Track
+from evolution.play.worlds import Given, PageWorld
 from gym_mapbench.errors import ConfigError
 
 BACKLOG = 64
@@ -51,12 +51,12 @@ class Beginning:
         Raises:
             ConfigError: If a controller cannot run.
         """
-        try_controllers(self.chosen, own_settings(self.world, self.given))
+        try_controllers(self.chosen, PageWorld(self.world, self.given).own_settings)
         return state_of(self.given, self.scenes, self.world, self.chosen)
 
     def tracks(self) -> tuple[Track, Track]:
         """Return the pools for runs and for instants; their workers load the kernels of the chosen controllers now."""
-        warm_up = preparation_of([JobPlan(tuple(self.chosen), own_settings(self.world, self.given))])
+        warm_up = preparation_of([JobPlan(tuple(self.chosen), PageWorld(self.world, self.given).own_settings)])
         sizes = self.resources, self.resources.replace(workers=LOOK_WORKERS)
         runs, looks = (Track(one.evaluator(run_job, warm_up=warm_up, retries=0)) for one in sizes)
         runs.get_ready()

@@ -14,7 +14,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from pathlib import Path
 from statistics import median
@@ -117,19 +117,22 @@ class Atlas(Tabled):
         """Return the best set of its maps for a fitness; arguments and errors as for :func:`best_set_of`."""
         return best_set_of(self.elites, self.experiment, fitness)[0]
 
-    def table(self, name: str = "") -> Table:
-        """Return the elites as rows; or one of ``coverage``, ``sets`` and ``history``."""
-        if name == "coverage":
-            stages = (("search", self.found.searched), ("held-out seeds", self.found.held_out))
-            return Table(
-                {"seeds": what, "cells": one.cells, "coverage": one.coverage, "QD score": one.qd_score}
-                for what, one in stages
-            )
-        if name == "sets":
-            return Table(best_sets_of(self.elites, self.experiment)[1])
-        if name == "history":
-            return Table(self.found.history)
-        return Table(self._row(one) for one in self.elites)
+    @property
+    def tables(self) -> Mapping[str, Callable[[], Table]]:
+        """``elites``, ``coverage``, ``sets`` and ``history``."""
+        return {
+            "elites": lambda: Table(self._row(one) for one in self.elites),
+            "coverage": self._coverage,
+            "sets": lambda: Table(best_sets_of(self.elites, self.experiment)[1]),
+            "history": lambda: Table(self.found.history),
+        }
+
+    def _coverage(self) -> Table:
+        stages = (("search", self.found.searched), ("held-out seeds", self.found.held_out))
+        return Table(
+            {"seeds": what, "cells": one.cells, "coverage": one.coverage, "QD score": one.qd_score}
+            for what, one in stages
+        )
 
     def sentences(self) -> list[str]:
         """Return the result in words."""

@@ -16,7 +16,7 @@ import numpy as np
 from evolution.driving import Evaluator, JobPlan
 from evolution.files import Row, counted
 from evolution.quality_diversity.elites import Elite, quality, quality_of
-from evolution.quality_diversity.grid import Axes, Cell, MapGrid
+from evolution.quality_diversity.grid import Axes, Cell, Floats, MapGrid
 from evolution.quality_diversity.settings import AtlasSettings
 from evolution.search import Archive, Experiment, MapResults, is_solved, stages_of
 from gym_mapbench.world.scenario import MapSet, Scenario
@@ -136,7 +136,7 @@ class _Search:
         numbers = [number for number in found.values() if self.digests[number] in held_out]
         for number in numbers:
             ratios = self.axes.log_ratios(held_out[self.digests[number]])
-            grid.add(number, self._quality(self.digests[number], held_out), ratios.mean(axis=0))
+            grid.add(number, self._quality(self.digests[number], ratios), ratios.mean(axis=0))
         from_cell = {number: cell for cell, number in found.items()}
         return AtlasSearch(
             elites=tuple(self._elite(cell, number, from_cell, held_out) for cell, number in grid.elites.items()),
@@ -193,9 +193,7 @@ class _Search:
         digest = self.digests[number]
         if self.archive.is_solved(digest) and self.archive.repeats_of(digest) == self.settings.repeats:
             ratios = self.axes.log_ratios(self.archive.results(digest))
-            self.grid.add(
-                number, quality_of(self.archive.scenarios[digest].map, ratios, self.axes), ratios.mean(axis=0)
-            )
+            self.grid.add(number, self._quality(digest, ratios), ratios.mean(axis=0))
 
     def _record(self) -> None:
         """Add a row to the history, and report it."""
@@ -212,18 +210,17 @@ class _Search:
         results = {name: self.archive.results(name) for name in digests}
         return {name: _held_out_of(of_map, first) for name, of_map in results.items() if is_solved(of_map)}
 
-    def _quality(self, digest: str, results: Mapping[str, MapResults]) -> float:
-        return quality_of(self.archive.scenarios[digest].map, self.axes.log_ratios(results[digest]), self.axes)
+    def _quality(self, digest: str, log_ratios: Floats) -> float:
+        return quality_of(self.archive.scenarios[digest].map, log_ratios, self.axes)
 
     def _elite(
         self, cell: Cell, number: int, from_cell: Mapping[int, Cell], held_out: Mapping[str, MapResults]
     ) -> Elite:
         digest = self.digests[number]
-        name = "_".join(["cell", *map(str, cell)])
-        ratios = np.exp(self.axes.log_ratios(held_out[digest]).mean(axis=0))
-        scenario = replace(self.archive.scenarios[digest], name=name)
-        means = tuple(float(ratio) for ratio in ratios)
-        return Elite(scenario, cell, from_cell[number], means, self._quality(digest, held_out), held_out[digest])
+        ratios = self.axes.log_ratios(held_out[digest])
+        scenario = replace(self.archive.scenarios[digest], name="_".join(["cell", *map(str, cell)]))
+        means = tuple(np.exp(ratios.mean(axis=0)).tolist())
+        return Elite(scenario, cell, from_cell[number], means, self._quality(digest, ratios), held_out[digest])
 
 
 def _counts(names: Iterable[str]) -> dict[str, int]:

@@ -128,9 +128,8 @@ def _faster(pair: Row, pairs: int) -> Iterator[str]:
     mean, low, high = (pair[name] for name in ("faster s", "faster s from", "faster s to"))
     if low is None:
         return
-    fast, slow, low, high = (
-        (pair["first"], pair["second"], -high, -low) if mean <= 0 else (pair["second"], pair["first"], low, high)
-    )
+    fast, slow = (pair["first"], pair["second"]) if mean <= 0 else (pair["second"], pair["first"])
+    low, high = (-high, -low) if mean <= 0 else (low, high)
     p = p_in_words(pair["p_time_holm"]) + (f" by Holm over {pairs} pairs" if pairs > 1 else "")
     sure = "" if low > 0 and pair["p_time_holm"] < LEVEL else ", so neither is shown to be faster"
     yield (

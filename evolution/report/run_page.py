@@ -118,9 +118,7 @@ def _penalties(fitness: float) -> list[str]:
 def _outcome(run: LoadedRun) -> str:
     """Say how good the best set is, and by how much the search improved it if generations are comparable."""
     first, last = run.generations[0]["best"], run.generations[-1]["best"]
-    if (
-        run.config["search"].get("archive", {}).get("elite")
-    ):  # the fitness of a set changes when its maps are re-evaluated
+    if run.config["search"].get("archive", {}).get("elite"):  # a re-evaluation changes the fitness of a set
         return f"The best set {'' if run.finished else 'so far '}has fitness {last:.2f} (lower is better)."
     improved = f"improved the best fitness from {first:.2f} to {last:.2f}"
     if first > 0 >= last:  # a fitness above 0 is made of penalties
@@ -150,10 +148,8 @@ def _downloads(run: LoadedRun) -> list[Attachment]:
 def _unfinished(run: LoadedRun) -> list[str]:
     if run.finished:
         return []
-    search, done = (
-        run.config["search"],
-        f"{run.checkpoint['evaluations']} of {counted(run.config['search']['evaluations'], 'set')}",
-    )
+    search = run.config["search"]
+    done = f"{run.checkpoint['evaluations']} of {counted(search['evaluations'], 'set')}"
     if search.get("runs"):
         done = f"{len(run.runs)} of {counted(search['runs'], 'run')}"
     return [f"The search has come to {done}; mapbench evolve --resume {shlex.quote(str(run.path))} finishes it."]

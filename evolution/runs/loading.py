@@ -2,9 +2,9 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field
-from functools import cached_property
+from functools import cached_property, partial
 from pathlib import Path
 from statistics import median
 from typing import Any
@@ -15,7 +15,7 @@ from evolution.runs.directory import BODIES, CONFIG, MAPS, RunDir, controllers_i
 from evolution.runs.front import front_sentence, objectives_in
 from evolution.runs.results import GOOD_SET
 from evolution.search import Experiment, MapResults, experiment_of
-from gym_mapbench.errors import ConfigError, RunError, refuse_unknown
+from gym_mapbench.errors import ConfigError, RunError
 from gym_mapbench.generator import ShapeSettings, default_task
 from gym_mapbench.trust import refuse_code
 from gym_mapbench.world.bodies import Body
@@ -56,21 +56,17 @@ class LoadedRun(Tabled):
     figures: Path | None = None
     front: list[Row] = field(default_factory=list)
 
-    def table(self, name: str = "best") -> Table:
-        """Return a table.
+    @property
+    def tables(self) -> Mapping[str, Callable[[], Table]]:
+        """``best``, and the files ``generations``, ``individuals``, ``runs`` and ``front``.
 
-        Args:
-            name: ``best`` (the best map set: one row per map, with every controller's median time in s and the score
-                of the map), ``generations``, ``individuals``, ``runs`` or ``front`` (the files of these
-                names).
-
-        Raises:
-            ConfigError: If there is no such table.
+        ``best`` is the best map set: one row per map, with the controllers' median times, s, and its score.
         """
-        tables = {"best": self._best_rows(), "generations": self.generations, "individuals": self.individuals}
-        tables |= {"runs": self.runs, "front": self.front}
-        refuse_unknown("table", name or "best", tables)
-        return Table(tables[name or "best"], self._best_title() if name in ("", "best") else "")
+        files = ("generations", "individuals", "runs", "front")
+        return {
+            "best": lambda: Table(self._best_rows(), self._best_title()),
+            **{name: partial(Table, getattr(self, name)) for name in files},
+        }
 
     def _best_title(self) -> str:
         fitness = self.best_results["fitness"]

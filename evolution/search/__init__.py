@@ -66,7 +66,7 @@ from evolution.search.operators import (
 )
 from evolution.search.option_names import nested, nested_document, short_names
 from evolution.search.record import Record, result_fields
-from evolution.search.recorder import Recorder
+from evolution.search.recorder import Recorder, checkpoint_of
 from evolution.search.sections import ArchiveSettings, ValidationSettings
 from evolution.search.settings import METRIC_NAMES, EvolveSettings
 from evolution.search.staging import stages_of
@@ -117,6 +117,7 @@ __all__ = [
     "check_sections",
     "check_several",
     "check_sizes",
+    "checkpoint_of",
     "controllers_from",
     "evolve",
     "experiment_of",

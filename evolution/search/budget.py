@@ -15,7 +15,7 @@ class Budget:
 
     Args:
         settings: Options of the search.
-        archive: Counts the runs.
+        archive: Every evaluated map, with all runs so far.
     """
 
     def __init__(self, settings: EvolveSettings, archive: Archive) -> None:

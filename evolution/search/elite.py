@@ -8,13 +8,12 @@ from __future__ import annotations
 from collections.abc import Iterable
 
 from evolution.search.algorithms import Evaluation
-from evolution.search.archive import Archive
 from evolution.search.budget import Budget, runs_in
 from evolution.search.expectations import Expectations
 from evolution.search.settings import EvolveSettings
 
 
-def race(expectations: Expectations, settings: EvolveSettings, budget: Budget) -> None:
+def race(expectations: Expectations, budget: Budget) -> None:
     """Drive further seeds on the maps that might make the best expected set better (racing).
 
     The maps are ranked by how good the best set would be if they were steady. The first ones may have most runs. Each
@@ -22,10 +21,10 @@ def race(expectations: Expectations, settings: EvolveSettings, budget: Budget) -
 
     Args:
         expectations: Ranks the maps; they are updated.
-        settings: Options of the search: ``elite_seeds`` maps for each map of a set are driven at most.
-        budget: Limits the runs.
+        budget: Limits the runs; ``elite_seeds`` maps for each map of a set are driven at most.
     """
-    archive, size, seeds = expectations.archive, settings.maps_per_set, settings.archive.elite_seeds
+    archive, settings = budget.archive, budget.settings
+    size, seeds = settings.maps_per_set, settings.archive.elite_seeds
     potentials = expectations.potentials()
     further: dict[str, tuple[int, ...]] = {}
     for place, name in enumerate(sorted(potentials, key=potentials.__getitem__)):
@@ -38,15 +37,14 @@ def race(expectations: Expectations, settings: EvolveSettings, budget: Budget) -
     expectations.update()
 
 
-def give_further_seeds(front: Iterable[Evaluation], archive: Archive, settings: EvolveSettings, budget: Budget) -> None:
+def give_further_seeds(front: Iterable[Evaluation], budget: Budget) -> None:
     """Drive the maps of a Pareto front with further seeds: those of the elite, then one more in each generation.
 
     Args:
         front: Its sets; of the last ones, nothing is driven where the runs do not suffice.
-        archive: Every evaluated map.
-        settings: Options of the search.
         budget: Limits the runs.
     """
+    archive, settings = budget.archive, budget.settings
     further: dict[str, tuple[int, ...]] = {}
     for one in front:
         names = [scenario.world_digest for scenario in one.map_set]

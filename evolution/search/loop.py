@@ -30,7 +30,7 @@ from evolution.search.judging import Fitness, Judgement, Objectives, best_of
 from evolution.search.judging.expected_fitness import RELIABILITY
 from evolution.search.operators import MapMutation, Trial
 from evolution.search.record import Record
-from evolution.search.recorder import Journal, Recorder
+from evolution.search.recorder import Journal, Recorder, checkpoint_of
 from evolution.search.sections import ValidationSettings
 from evolution.search.staging import contenders, stages_of
 from evolution.search.surrogate import Surrogate
@@ -231,10 +231,10 @@ class _Search:
             self.expectations.update()
         self.mutation.credit_trials(self._expected_gain if self._of_archive else self._gain_in_population())
         if self.settings.archive.elite and self.problem.objectives.are_several:
-            give_further_seeds(front_of(self.population), self.archive, self.settings, self.budget)
+            give_further_seeds(front_of(self.population), self.budget)
             judge_again(self.algorithm)
         elif self.settings.archive.elite:
-            race(self.expectations, self.settings, self.budget)
+            race(self.expectations, self.budget)
             elite = self.expectations.best
             judge_again(self.algorithm, [self.archive.map_set(elite)] if elite else [])
             if self._of_archive and self.staged and elite:
@@ -280,17 +280,9 @@ class _Search:
         return sorted(range(len(scores)), key=scores.__getitem__).index(place)
 
     def _checkpoint(self, finished: bool) -> dict[str, Any]:
-        best = best_of(self.population)
-        return {
-            "generation": self.generation,
-            "evaluations": len(self.record.individuals),
-            "finished": finished,
-            "cluster_scale": self.problem.fitness.cluster_scale,
-            "best": best.map_set.digest,
-            "best_fitness": best.judgement.fitness,
-            "population": [one.map_set.digest for one in self.population],
-            "rng": self.rng.bit_generator.state,
-        }
+        evaluations, scale = len(self.record.individuals), self.problem.fitness.cluster_scale
+        checkpoint = checkpoint_of(self.generation, evaluations, self.population, scale)
+        return {**checkpoint, "finished": finished, "rng": self.rng.bit_generator.state}
 
     def _finish(self, clock: _Clock) -> None:
         """Run the validation stage, if there is one, and write the end of the search."""
@@ -311,7 +303,7 @@ class _Search:
         if stage is None:
             self.front = tuple(map(FrontPoint, front))
         else:
-            self.front = tuple(reevaluate(front, self.archive, objectives, stage.held_out_seeds, self.budget))
+            self.front = tuple(reevaluate(front, objectives, stage.held_out_seeds, self.budget))
             best = self.front[0].evaluation
             self.validated = replace(best, results=self.archive.results_of(best.map_set))
             self.validation = self.front[0].held_out
@@ -320,7 +312,7 @@ class _Search:
     def _validate(self, stage: ValidationSettings) -> None:
         """Let held-out seeds select the best set, and measure its held-out fitness."""
         fitness = self.problem.fitness
-        found = validate(self.expectations, fitness, self.settings, stage, self.budget)
+        found = validate(self.expectations, fitness, stage, self.budget)
         if found is not None:
             results = self.archive.results_of(found.map_set)
             # Scores are those of the selection: one failure on a later seed does not remove the score of a map.

@@ -8,11 +8,28 @@ from typing import Any, Protocol
 
 from evolution.search.algorithms import Evaluation
 from evolution.search.experiment import Experiment
+from evolution.search.judging import best_of
 from evolution.search.record import Record
 from evolution.search.validation_stage import FrontPoint, ValidationResult
 from gym_mapbench.errors import RunError
 
 Checkpoint = Mapping[str, Any]
+
+
+def checkpoint_of(
+    generation: int, evaluations: int, population: Sequence[Evaluation], cluster_scale: float | None
+) -> dict[str, Any]:
+    """Return the checkpoint of a search that is not finished, after a generation with so many evaluations."""
+    best = best_of(population)
+    return {
+        "generation": generation,
+        "evaluations": evaluations,
+        "finished": False,
+        "cluster_scale": cluster_scale,
+        "best": best.map_set.digest,
+        "best_fitness": best.judgement.fitness,
+        "population": [one.map_set.digest for one in population],
+    }
 
 
 class Recorder(Protocol):

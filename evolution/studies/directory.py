@@ -97,7 +97,6 @@ class StudyDir:
         """Open the directory of a study that is to be continued; as :meth:`open`.
 
         Raises:
-            RunError: If it is not a study directory, or of another format.
             UntrustedError: If its study names code.
         """
         directory = cls.open(path)

@@ -15,6 +15,7 @@ from evolution.search import (
     Record,
     ValidationResult,
     best_set,
+    checkpoint_of,
     evolve,
     scenario_on,
 )
@@ -129,15 +130,7 @@ def record_sets(
     for generation, (evaluations, best) in enumerate(chosen, start=1):
         record.add(generation, [best], [best], _runs_on(experiment.plan, best))
         record.generations[-1]["evaluations"] = evaluations
-        checkpoint = {
-            "generation": generation,
-            "evaluations": evaluations,
-            "finished": False,
-            "cluster_scale": cluster_scale,
-            "best": best.map_set.digest,
-            "best_fitness": best.judgement.fitness,
-            "population": [best.map_set.digest],
-        }
+        checkpoint = checkpoint_of(generation, evaluations, [best], cluster_scale)
         rundir.write_generation(record, best, checkpoint, validation)
     rundir.write_checkpoint({**checkpoint, "finished": True})
 

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
 from statistics import fmean
@@ -129,24 +129,16 @@ def _complete(noise: str | dict[str, Any], where: str) -> str | dict[str, Any]:
     return read_noise(noise, f"{where}: reevaluation.noise").model_dump(mode="json")
 
 
-def take_from_earlier(configuration: Configuration, directory: StudyDir, seeds: Iterable[int]) -> dict[str, Any]:
-    """Return the options that a configuration takes from earlier ones; they are recorded in the study's directory.
-
-    Returns:
-        Options of its search.
+def take_from_earlier(configuration: Configuration, directory: StudyDir, seeds: Sequence[int]) -> None:
+    """Record in a study's directory, once, which options of its search a configuration takes from earlier ones.
 
     Raises:
         RunError: If runs it builds on are unfinished or damaged, or do not give a scale.
     """
-    kept = directory.read_resolved().get(configuration.name)
-    if kept is None:
-        seeds = list(seeds)
+    if configuration.name not in directory.read_resolved():
         _need_finished(configuration, directory, seeds)
-        kept = {"search": _taken(configuration, directory, seeds), "seeds": seeds}
-        if kept["search"]:
-            directory.write_resolved(configuration.name, kept)
-    search: dict[str, Any] = kept["search"]
-    return search
+        taken = {"search": _taken(configuration, directory, seeds), "seeds": list(seeds)}
+        directory.write_resolved(configuration.name, taken)
 
 
 def _need_finished(configuration: Configuration, directory: StudyDir, seeds: Sequence[int]) -> None:

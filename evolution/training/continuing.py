@@ -116,14 +116,12 @@ def load_experience(model: Any, path: Path) -> None:
     Raises:
         RunError: If the file is damaged or of another training.
     """
-    buffer, lost = (
-        model.replay_buffer,
-        f"{path}: expected the experience of {counted(model.num_timesteps, 'step')}, got none",
-    )
+    buffer, expected = model.replay_buffer, f"expected the experience of {counted(model.num_timesteps, 'step')}"
+    lost = f"{path}: {expected}, got none"
     if path.is_file():
         arrays = read_arrays(path, SLACK + sum(array.nbytes for array in _arrays(buffer).values()))
         steps = int(_fitting(arrays, "steps", (), path))
-        lost = f"{path}: expected the experience of {counted(model.num_timesteps, 'step')}, got that of {steps}"
+        lost = f"{path}: {expected}, got that of {steps}"
         if steps == model.num_timesteps:
             _fill(buffer, arrays, path)
             lost = ""
@@ -166,12 +164,8 @@ def _arrays(buffer: Any) -> dict[str, NDArray[Any]]:
 def _fitting(arrays: Mapping[str, NDArray[Any]], name: str, shape: tuple[int, ...], path: Path) -> NDArray[Any]:
     """Return an array of numbers of the right shape."""
     found = arrays.get(name)
-    if (
-        found is None
-        or found.shape != shape
-        or not np.issubdtype(found.dtype, np.number)
-        or not np.isfinite(found).all()
-    ):
+    numbers = found is not None and found.shape == shape and np.issubdtype(found.dtype, np.number)
+    if found is None or not (numbers and np.isfinite(found).all()):
         what = "none" if found is None else f"{found.dtype} {found.shape}"
         raise RunError(f"{path}: {name}: expected finite numbers of shape {shape}, got {what}")
     return found

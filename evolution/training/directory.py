@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import logging
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
@@ -26,7 +26,7 @@ from evolution.files import (
 )
 from evolution.training.levels import EVERY_FIFTH, is_split
 from evolution.training.settings import TrainSettings
-from gym_mapbench.errors import RunError, refuse_unknown
+from gym_mapbench.errors import RunError
 from gym_mapbench.files.replacing import remove_abandoned
 from gym_mapbench.mapio.map_set_file import map_set_document, parse_map_set
 from gym_mapbench.mapio.tasked_map import group_scenarios
@@ -116,13 +116,12 @@ class Training(Tabled):
         """File of the best model."""
         return self.path / BEST
 
-    def table(self, name: str = "curve") -> Table:
-        """Return the learning curve, the only table.
+    @property
+    def tables(self) -> Mapping[str, Callable[[], Table]]:
+        """The learning curve, ``curve``, is the only table."""
+        return {"curve": self._curve}
 
-        Raises:
-            ConfigError: If there is no such table.
-        """
-        refuse_unknown("table", name or "curve", ["curve"])
+    def _curve(self) -> Table:
         but = f" ({' and '.join(self.not_held_out)}: not held out)" if self.not_held_out else ""
         return Table(self.curve, f"Success on held-out maps, {self.config['algorithm']}{but}")
 

@@ -19,18 +19,19 @@ from __future__ import annotations
 
 import hashlib
 import json
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass
+from functools import partial
 from pathlib import Path
 
 from pydantic import Field
 
 from evolution.files import DirectoryKind, Document, Row, Table, Tabled, advising, read_document
-from gym_mapbench.errors import RunError, refuse_unknown
+from gym_mapbench.errors import RunError
 
 TUNING = DirectoryKind("tuning", "tuning.json", format_version=1, remade=True)
 SUMMARY, TRIALS, TEST, PARAMS, FRONT = "summary.json", "trials.csv", "test.csv", "nav2_params.yaml", "front"
 TEST_MAPS, EVOLVED_MAPS, FIGURES = "test.json", "evolved.json", "figures"
-TABLES = ("changes", "trials", "finalists", "importances", "test", "rounds")
 
 
 class TuningSummary(Document):
@@ -93,18 +94,11 @@ class Tuning(Tabled):
         """The result in sentences."""
         return self.summary.verdict
 
-    def table(self, name: str = "changes") -> Table:
-        """Return a table.
-
-        Args:
-            name: ``changes`` (the tuned parameters before and after), ``trials``, ``finalists``, ``importances``,
-                ``test`` or ``rounds``.
-
-        Raises:
-            ConfigError: If there is no such table.
-        """
-        refuse_unknown("table", name or "changes", TABLES)
-        return Table(getattr(self.summary, name or "changes"))
+    @property
+    def tables(self) -> Mapping[str, Callable[[], Table]]:
+        """``changes`` (the tuned parameters before and after), and other fields of the summary."""
+        names = ("changes", "trials", "finalists", "importances", "test", "rounds")
+        return {name: partial(Table, getattr(self.summary, name)) for name in names}
 
 
 def load_tuning(path: str | Path) -> Tuning:

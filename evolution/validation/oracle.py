@@ -113,8 +113,7 @@ class Oracle:
     def controller_params(self, controller: str, variant: str) -> dict[str, Any]:
         """Parameters of a controller in one of its variants, by their names in ``config.json``; a text means none."""
         recorded = self.config["controllers"][controller]
-        defaults: dict[str, Any] = {}
-        params = {**(defaults if isinstance(recorded, str) else recorded), **self._changes(controller, variant)}
+        params = {**({} if isinstance(recorded, str) else recorded), **self._changes(controller, variant)}
         return {name: value for name, value in params.items() if name not in _NOT_OF_CONTROLLER}
 
     def costmap_of(self, preset: Preset, controller: str, variant: str) -> Preset:
@@ -124,11 +123,8 @@ class Oracle:
 
     def _changes(self, controller: str, variant: str) -> dict[str, Any]:
         """Return what a variant changes; nothing for the default."""
-        none: dict[str, Any] = {}
-        if variant in ("default", TREE_REPLAN):
-            return none
-        changes: dict[str, Any] = self.config["variants"][f"{controller}/{variant}"]
-        return changes
+        unchanged = variant in ("default", TREE_REPLAN)
+        return {} if unchanged else dict(self.config["variants"][f"{controller}/{variant}"])
 
     def arrays(self, name: str, kind: str | None = None) -> Arrays:
         """All arrays of one ``.npz`` file, read once."""

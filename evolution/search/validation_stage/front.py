@@ -46,20 +46,18 @@ def front_of(population: Sequence[Evaluation]) -> list[Evaluation]:
     return [feasible[place] for place in sorted(_front(np.array([one.judgement.objectives for one in feasible])))]
 
 
-def reevaluate(
-    front: Sequence[Evaluation], archive: Archive, objectives: Objectives, seeds: int, budget: Budget
-) -> list[FrontPoint]:
+def reevaluate(front: Sequence[Evaluation], objectives: Objectives, seeds: int, budget: Budget) -> list[FrontPoint]:
     """Return the points of a front, as many as the runs suffice for re-evaluated on held-out seeds.
 
     The set with the best fitness comes first, then always the one that is farthest from those before.
 
     Args:
         front: From :func:`front_of`.
-        archive: Every evaluated map.
         objectives: Judge sets.
         seeds: Further runs of each controller on each map.
         budget: Limits the runs.
     """
+    archive = budget.archive
     further: dict[str, tuple[int, ...]] = {}
     driven: set[str] = set()
     for one in spread(front):

@@ -12,7 +12,6 @@ from evolution.search.budget import Budget, runs_in
 from evolution.search.expectations import Expectations
 from evolution.search.judging import Fitness, Judgement, Names
 from evolution.search.sections import ValidationSettings
-from evolution.search.settings import EvolveSettings
 from evolution.search.validation_stage.held_out import ValidationResult, held_out
 from evolution.search.validation_stage.selection import select
 from gym_mapbench.world.scenario import MapSet
@@ -38,23 +37,22 @@ class Validated(NamedTuple):
 
 
 def validate(
-    expectations: Expectations, fitness: Fitness, settings: EvolveSettings, stage: ValidationSettings, budget: Budget
+    expectations: Expectations, fitness: Fitness, stage: ValidationSettings, budget: Budget
 ) -> Validated | None:
     """Re-evaluate the best maps on held-out seeds, select a set, and return it with its held-out fitness.
 
     Args:
         expectations: Estimates of every evaluated map.
         fitness: Judges sets.
-        settings: Options of the search.
         stage: Options of the validation stage.
         budget: Limits the runs.
 
     Returns:
         The selected set; None if there are fewer solved maps than a set has.
     """
-    archive, candidates = expectations.archive, _Candidates(expectations, fitness, settings, stage, budget)
+    archive, candidates = budget.archive, _Candidates(expectations, fitness, stage, budget)
     candidates.re_evaluate()
-    if len(candidates.names) < settings.maps_per_set:
+    if len(candidates.names) < candidates.size:
         return None
     names = candidates.select()
     chosen, seeds = archive.map_set(names), stage.held_out_seeds
@@ -67,18 +65,11 @@ def validate(
 class _Candidates:
     """The maps that get held-out seeds, with the number of turns that each had."""
 
-    def __init__(
-        self,
-        expectations: Expectations,
-        fitness: Fitness,
-        settings: EvolveSettings,
-        stage: ValidationSettings,
-        budget: Budget,
-    ) -> None:
+    def __init__(self, expectations: Expectations, fitness: Fitness, stage: ValidationSettings, budget: Budget) -> None:
         self.expectations = expectations
-        self.archive = expectations.archive
+        self.archive = budget.archive
         self.fitness = fitness
-        self.size = settings.maps_per_set
+        self.size = budget.settings.maps_per_set
         self.stage = stage
         self.budget = budget
         self.turns: Counter[str] = Counter()

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
@@ -12,7 +12,6 @@ from evolution.files import Row, Table, Tabled
 from evolution.runs import RecordedExperiment, Reevaluation
 from evolution.studies.former_names import StudyRow
 from evolution.studies.settings import Configuration, StudySettings
-from gym_mapbench.errors import refuse_unknown
 
 
 @dataclass(frozen=True)
@@ -133,27 +132,18 @@ class StudyResults(Tabled):
         found = {name: reevaluated(runs) for name, runs in self.by_configuration.items()}
         return {name: runs for name, runs in found.items() if runs}
 
-    def rows(self, table: str = "runs") -> list[Row]:
-        """Return a tidy table, one observation per row.
+    @property
+    def tables(self) -> Mapping[str, Callable[[], Table]]:
+        """Tidy tables: ``runs``, ``reevaluation`` with a row per run of a re-evaluation, and ``generations``."""
+        return {
+            "runs": lambda: Table(run.row() for run in self.runs),
+            "reevaluation": lambda: Table(row for run in self.runs for row in _reevaluation_rows(run)),
+            "generations": lambda: Table(row for run in self.runs for row in _generation_rows(run)),
+        }
 
-        Args:
-            table: ``runs``: one row per run; ``reevaluation``: one per run of a re-evaluation; ``generations``: one per
-                generation.
-
-        Raises:
-            ConfigError: If there is no such table.
-        """
-        tables = {"runs": _run_rows, "reevaluation": _reevaluation_rows, "generations": _generation_rows}
-        refuse_unknown("table", table, tables)
-        return [row for run in self.runs for row in tables[table](run)]
-
-    def table(self, name: str = "runs") -> Table:
-        """Return a tidy table; see :meth:`rows`."""
-        return Table(self.rows(name or "runs"))
-
-
-def _run_rows(run: StudyRun) -> list[Row]:
-    return [run.row()]
+    def rows(self, table: str = "") -> list[Row]:
+        """Return a table as a list; argument and errors as for :meth:`table`."""
+        return list(self.table(table))
 
 
 def _reevaluation_rows(run: StudyRun) -> list[Row]:

@@ -11,7 +11,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
 from operator import itemgetter
 from pathlib import Path
@@ -44,17 +44,10 @@ class SweepResults(Tabled):
     settings: SweepSettings
     runs: tuple[Row, ...]
 
-    def table(self, name: str = "effects") -> Table:
-        """Return a table.
-
-        Args:
-            name: ``effects`` (see :func:`~evolution.studies.sweep.effects.effect_rows`) or ``runs``.
-
-        Raises:
-            ConfigError: If there is no such table.
-        """
-        refuse_unknown("table", name or "effects", ("effects", "runs"))
-        return Table(self.runs) if name == "runs" else Table(self._effects(), self.settings.name)
+    @property
+    def tables(self) -> Mapping[str, Callable[[], Table]]:
+        """``effects`` (see :func:`~evolution.studies.sweep.effects.effect_rows`) and ``runs``."""
+        return {"effects": lambda: Table(self._effects(), self.settings.name), "runs": lambda: Table(self.runs)}
 
     def _effects(self) -> list[Row]:
         driven = [name for name in self.settings.worlds if any(row["world"] == name for row in self.runs)]

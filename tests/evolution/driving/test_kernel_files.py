@@ -13,7 +13,7 @@ import pytest
 
 from evolution.cli import main
 from evolution.commands import kernels as command
-from evolution.driving import kernel_files
+from evolution.driving import kernel_archive, kernel_files
 from evolution.files.plain import WriteError
 from gym_mapbench.errors import ConfigError, RunError
 from gym_mapbench.kernels.jit import kernel
@@ -60,8 +60,8 @@ def archive(tmp_path, monkeypatch):
     def write(entries=(), **changes):
         path = tmp_path / "kernels.tar.xz"
         with tarfile.open(path, "w:xz") as packed:
-            stated = json.dumps({**kernel_files.statement(), **changes}).encode()
-            for name, content in [(kernel_files.STATEMENT, stated), *entries]:
+            stated = json.dumps({**kernel_archive.statement(), **changes}).encode()
+            for name, content in [(kernel_archive.STATEMENT, stated), *entries]:
                 entry = tarfile.TarInfo(name)
                 entry.size = len(content)
                 packed.addfile(entry, io.BytesIO(content))
@@ -83,15 +83,15 @@ def wrap():
 
 
 def test_shipped_kernels_are_taken_if_they_are_this_machines(archive, tmp_path, monkeypatch):
-    monkeypatch.setattr(kernel_files, "files", lambda package: tmp_path)
-    assert not kernel_files.import_shipped_kernels()
-    shipped = tmp_path / kernel_files.SHIPPED
+    monkeypatch.setattr(kernel_archive, "files", lambda package: tmp_path)
+    assert not kernel_archive.import_shipped_kernels()
+    shipped = tmp_path / kernel_archive.SHIPPED
     shipped.mkdir()
     name = "gym_mapbench.kernels.geometry/geometry.wrap-1.py311.nbi"
     archive([(name, b"index")], processor="another").rename(shipped / "a.tar.xz")
-    assert not kernel_files.import_shipped_kernels()
+    assert not kernel_archive.import_shipped_kernels()
     archive([(name, b"index")]).rename(shipped / "b.tar.xz")
-    assert kernel_files.import_shipped_kernels()
+    assert kernel_archive.import_shipped_kernels()
     assert (tmp_path / "cache/geometry.wrap-1.py311.nbi").read_bytes() == b"index"
 
 
@@ -99,7 +99,7 @@ def test_an_import_that_is_interrupted_leaves_no_index_of_other_machine_code(arc
     """Numba would run the new machine code with the types of arguments that the old index states."""
     names = [f"gym_mapbench.kernels.geometry/geometry.wrap-1.py311.{kind}" for kind in ("1.nbc", "2.nbc", "nbi")]
     path = archive([(name, b"new") for name in names])
-    kernel_files.import_kernels(path)
+    kernel_archive.import_kernels(path)
     folder = tmp_path / "cache"
     assert {file.read_bytes() for file in folder.iterdir()} == {b"new"}
     assert len(list(folder.iterdir())) == 3
@@ -109,9 +109,9 @@ def test_an_import_that_is_interrupted_leaves_no_index_of_other_machine_code(arc
             raise WriteError(f"{file}: cannot be written (No space left on device)")
         file.write_bytes(content)
 
-    monkeypatch.setattr(kernel_files, "write_bytes", full)
+    monkeypatch.setattr(kernel_archive, "write_bytes", full)
     with pytest.raises(WriteError, match="No space left"):
-        kernel_files.import_kernels(path)
+        kernel_archive.import_kernels(path)
     assert not list(folder.glob("*.nbi"))
 
 
@@ -119,7 +119,7 @@ def test_an_import_that_is_interrupted_leaves_no_index_of_other_machine_code(arc
 def test_kernels_for_something_else_are_refused(archive, tmp_path, changed):
     path = archive([("gym_mapbench.kernels.geometry/a.nbi", b"index")], **{changed: "another"})
     with pytest.raises(ConfigError, match=rf"expected kernels for {changed} .*, got another$"):
-        kernel_files.import_kernels(path)
+        kernel_archive.import_kernels(path)
     assert not list((tmp_path / "cache").iterdir())
 
 
@@ -129,7 +129,7 @@ def test_kernels_for_something_else_are_refused(archive, tmp_path, changed):
 )
 def test_other_files_in_an_archive_are_refused(archive, tmp_path, name):
     with pytest.raises(ConfigError, match=r"expected (files of compiled kernels|kernels of this version), got"):
-        kernel_files.import_kernels(archive([(name, b"")]))
+        kernel_archive.import_kernels(archive([(name, b"")]))
     assert not list((tmp_path / "cache").iterdir())
 
 
@@ -138,24 +138,24 @@ def test_a_file_that_is_no_archive_is_one_line(tmp_path, content):
     path = tmp_path / "kernels.tar.xz"
     path.write_bytes(content)
     with pytest.raises(ConfigError, match="expected an archive of 'mapbench kernels export'"):
-        kernel_files.import_kernels(path)
+        kernel_archive.import_kernels(path)
 
 
 def test_a_damaged_archive_is_one_line(archive):
     path = archive([("gym_mapbench.kernels.geometry/a.nbi", os.urandom(100_000))])
     path.write_bytes(path.read_bytes()[:50_000])
     with pytest.raises(ConfigError, match="expected an archive of 'mapbench kernels export'"):
-        kernel_files.import_kernels(path)
+        kernel_archive.import_kernels(path)
 
 
 def test_an_export_overwrites_nothing_and_needs_kernels(archive, tmp_path, monkeypatch):
     with pytest.raises(RunError, match="no kernel is compiled; 'mapbench doctor' compiles"):
-        kernel_files.export_kernels(tmp_path / "new.tar.xz")
+        kernel_archive.export_kernels(tmp_path / "new.tar.xz")
     with pytest.raises(ConfigError, match="--out: expected a new file"):
-        kernel_files.export_kernels(archive())
+        kernel_archive.export_kernels(archive())
     monkeypatch.setenv("NUMBA_DISABLE_JIT", "1")
     with pytest.raises(ConfigError, match="expected NUMBA_DISABLE_JIT not to be set"):
-        kernel_files.export_kernels(tmp_path / "new.tar.xz")
+        kernel_archive.export_kernels(tmp_path / "new.tar.xz")
 
 
 def test_the_command(monkeypatch, capsys, tmp_path):

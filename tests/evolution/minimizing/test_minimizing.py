@@ -315,4 +315,7 @@ def test_a_file_of_another_minimization_is_refused(no_robot, tmp_path, name):
     with pytest.raises(RunError, match=r"json: expected the (summary|map) of .*; --resume makes it again"):
         load(tmp_path / "out")
     (tmp_path / "out" / name).write_bytes(before)
-    assert list(load(tmp_path / "out").table("steps")[0]) == ["step", "obstacles", "occupied cells"]
+    found = load(tmp_path / "out")
+    assert list(found.table("steps")[0]) == ["step", "obstacles", "occupied cells"]
+    with pytest.raises(ConfigError, match="unknown table 'step'; did you mean 'steps'"):
+        found.table("step")

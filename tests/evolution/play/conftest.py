@@ -13,9 +13,9 @@ from evolution.play.catalogue import state_of
 from evolution.play.desk import Desk
 from evolution.play.guard import Door
 from evolution.play.messages.requests import WorldSettings
-from evolution.play.plans import Given, own_settings
 from evolution.play.scenes import scene_of
 from evolution.play.track import Track
+from evolution.play.worlds import Given, PageWorld
 from evolution.search import controllers_from
 from gym_mapbench.world.gridmap import GridMap
 from gym_mapbench.world.scenario import Pose, Scenario
@@ -67,7 +67,7 @@ def session(room):
 @pytest.fixture(scope="module")
 def page(given, room):
     """An application with two workers for runs and one for instants."""
-    warm_up = preparation_of([JobPlan(given.controllers[2:], own_settings(WORLD, given))])
+    warm_up = preparation_of([JobPlan(given.controllers[2:], PageWorld(WORLD, given).own_settings)])
     resources = [Resources(workers=workers, run_timeout_s=60.0) for workers in (2, 1)]
     tracks = [Track(one.evaluator(run_job, warm_up=warm_up, retries=0)) for one in resources]
     state = state_of(given, [scene_of(room)], WORLD, given.controllers)

@@ -13,8 +13,9 @@ from evolution.commands import driving_options
 from evolution.driving import DriveSettings, JobPlan, ParameterFile
 from evolution.play.catalogue import state_of
 from evolution.play.messages.requests import AskParameters, Session, WorldSettings
-from evolution.play.plans import FILE, Given, changed_file, command_lines, parameter_files, planned
+from evolution.play.plans import changed_file, command_lines, parameter_files, planned
 from evolution.play.scenes import scene_of
+from evolution.play.worlds import FILE, Given
 from evolution.search import controllers_from
 from gym_mapbench.errors import ConfigError
 from gym_mapbench.releases import RELEASES
@@ -52,7 +53,7 @@ def check_commands(shown, given, folder):
     variants = planned(shown, given)
     for name, text in parameter_files(variants).items():
         (folder / name).write_text(text)
-    of_commands = [plans_of_command(line, folder) for line in command_lines(variants, shown, given)]
+    of_commands = [plans_of_command(line, folder) for line in command_lines(variants, shown.scene.name)]
     for one in variants:
         (name,) = one.plan.names
         fitting = [plan for plan in of_commands if plan.settings == one.plan.settings and name in plan.names]
@@ -87,7 +88,7 @@ def test_the_command_does_the_same_runs(settings, given, session, tmp_path):
 
 def test_variants_without_changes_share_a_command(given, session):
     shown = session_of(session, {"preset": "thesis"}, [{"name": name, "controller": name} for name in CHANGES])
-    (line,) = command_lines(planned(shown, given), shown, given)
+    (line,) = command_lines(planned(shown, given), shown.scene.name)
     assert "--controllers dwb,mppi,rpp --params thesis" in line
 
 
@@ -105,7 +106,7 @@ def test_a_robot_is_known_by_its_registered_name_and_one_that_cannot_be_loaded_i
     shown = session_of(session, {"preset": "thesis", "robot": "small"}, [{"name": "rpp", "controller": "rpp"}])
     (one,) = planned(shown, given)
     assert one.plan.settings.robot.radius == 0.12
-    assert "--robot small" in command_lines([one], shown, given)[0]
+    assert "--robot small" in command_lines([one], shown.scene.name)[0]
 
 
 @pytest.fixture

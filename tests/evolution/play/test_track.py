@@ -45,10 +45,10 @@ def track():
 
 @pytest.fixture(scope="module")
 def jobs(given, room):
-    from evolution.play.plans import own_settings
+    from evolution.play.worlds import PageWorld
     from tests.evolution.play.conftest import WORLD
 
-    return JobPlan(given.controllers, own_settings(WORLD, given)).jobs(room)
+    return JobPlan(given.controllers, PageWorld(WORLD, given).own_settings).jobs(room)
 
 
 def test_every_message_comes_before_the_result_however_slowly_it_is_read(track, jobs, monkeypatch):

@@ -149,7 +149,7 @@ def test_racing_gives_most_runs_to_the_maps_that_matter():
     archive = expectations.archive
     for _ in range(12):
         before = archive.count
-        race(expectations, options, Budget(options, archive))
+        race(expectations, Budget(options, archive))
         assert archive.count - before <= 2 * 3 * 3
     repeats = {name: archive.repeats_of(name) for name in archive.scenarios}
     assert max(repeats.values()) == 5
@@ -162,7 +162,7 @@ def test_racing_keeps_to_the_budget():
     expectations = expectations_of(sets=8)
     archive = expectations.archive
     assert archive.count == 72
-    race(expectations, options, Budget(options, archive))
+    race(expectations, Budget(options, archive))
     assert archive.count == 72 + 6  # two maps, three controllers
 
 
@@ -240,11 +240,11 @@ def test_maps_that_a_controller_fails_are_followed_where_failures_count():
     assert failed
     assert failed < set(expectations.known)
     assert set(expectations.best) <= failed
-    race(expectations, EvolveSettings(elite_seeds=2, elite=True, evaluations=100), Budget(EvolveSettings(), archive))
+    race(expectations, Budget(EvolveSettings(elite_seeds=2, elite=True, evaluations=100), archive))
     assert {name for name in archive.scenarios if archive.repeats_of(name) > 1} <= failed
     stage = ValidationSettings(candidates=4, seeds=2, held_out_seeds=2)
     options = EvolveSettings(validation=stage, fitness="regret", failures="par2", aggregate="median")
-    found = validate(expectations, counting, options, stage, Budget(options, archive))
+    found = validate(expectations, counting, stage, Budget(options, archive))
     assert {one.world_digest for one in found.map_set} <= failed
     assert found.judged.fitness == pytest.approx(found.result.fitness) == pytest.approx(-np.log(300.0 / 20.0))
     assert not failed & set(expectations_of(how=first_fails_somewhere).known)

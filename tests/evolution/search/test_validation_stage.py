@@ -223,7 +223,7 @@ def test_the_least_runs_allowed_suffice_to_validate_a_set(elite_seeds):
     archive = archive_of(how=lambda job: replace(answer(job), outcome="goal"))
     archive.evaluate(sets_of(8))
     expectations = Expectations(archive, lambda: FITNESS, 3)
-    assert validate(expectations, FITNESS, options, stage, Budget(options, archive)) is not None
+    assert validate(expectations, FITNESS, stage, Budget(options, archive)) is not None
     assert archive.count <= options.runs
 
 

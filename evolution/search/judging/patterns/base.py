@@ -20,8 +20,8 @@ Times = Sequence[float]
 
 SHORTEST = 1e-9
 
-FORMER_NAMES = {"read": "score", "reading_name": "score_name"}
-"""Former names of attributes of :class:`Pattern`; a subclass may still define them."""
+FORMER_NAMES = {"read": "score"}
+"""Former names of methods of :class:`Pattern`; a subclass may still define them."""
 
 
 def check_maps(maps_per_set: int, fitness: str, fewest: int = 2) -> None:
@@ -77,7 +77,6 @@ class Pattern:
     ``module:attribute``. The class attributes are all that tables, pictures and pages need.
 
     Attributes:
-        score_name: What the score of a map is called, beside its value.
         wanted: What is rewarded, in words that continue "maps whose ...".
         nothing: What :meth:`judge` returns where there is no pattern.
         needs_scale: Whether maps cannot be scored without a scale, which is calibrated on the first population.
@@ -93,7 +92,6 @@ class Pattern:
         scale: The scale, in units of the metric; None until it is known, or if none is needed.
     """
 
-    score_name: ClassVar[str] = "score"
     wanted: ClassVar[str] = "scores this fitness rewards"
     nothing: ClassVar[float] = 0.0
     needs_scale: ClassVar[bool] = False
@@ -105,7 +103,7 @@ class Pattern:
     constraints: ClassVar[tuple[str, ...]] = ()
 
     def __init_subclass__(cls, **options: Any) -> None:
-        """Accept the former names of attributes."""
+        """Accept the former names of methods."""
         super().__init_subclass__(**options)
         for former, name in FORMER_NAMES.items():
             if former in vars(cls):

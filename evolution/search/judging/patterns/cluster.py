@@ -54,7 +54,6 @@ def partial_pattern_score(values: Sequence[float]) -> float:
 class Cluster(Pattern):
     """Cluster scores near 1, 2, ..., n; from 0 to 1."""
 
-    score_name = "clusters"
     wanted = "cluster scores are near 1, 2, ..."
     needs_scale = True
     exact = True

@@ -50,7 +50,6 @@ class Gini(Pattern):
     grows with the distance from it. The exact best set is therefore found directly.
     """
 
-    score_name = "Gini"
     wanted = "Gini coefficients spread wide and evenly"
     nothing = NO_PATTERN
     exact = True

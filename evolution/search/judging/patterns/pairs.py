@@ -30,7 +30,6 @@ def pair_scores(times: Times) -> NDArray[np.float64]:
 class Pairs(Pattern):
     """For every ordered pair of controllers a map on which the first beats the second; from 0 to 1, the mean."""
 
-    score_name = "lead"
     wanted = "fastest controllers differ: each beats each other somewhere"
     exact = True
     ordered = False

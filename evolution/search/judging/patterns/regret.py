@@ -19,7 +19,6 @@ class Regret(Pattern):
     Failures of the first controller are what it looks for; with ``failures: par2`` they count as twice the time limit.
     """
 
-    score_name = "regret"
     wanted = "first controller is slower than another"
     ordered = False
     less_is_better = True

@@ -61,7 +61,6 @@ def _cut_off(scores: NDArray[np.float64]) -> NDArray[np.float64]:
 class Roles(Pattern):
     """Maps that fill the roles of 1, 2, ..., n groups of controllers; from 0 to 1, the mean over the roles."""
 
-    score_name = "groups"
     wanted = "controllers form one group, two groups, ..."
     exact = True
     solved_only = True

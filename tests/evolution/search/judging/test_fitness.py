@@ -192,8 +192,6 @@ def test_patterns_lie_between_0_and_1_whatever_the_order(values):
 class Contrast(Pattern):
     """Slowest over fastest; who is fastest counts too."""
 
-    score_name = "contrast"
-
     def score(self, times):
         return max(times) / min(times)
 
@@ -208,8 +206,6 @@ class Broken(Contrast):
 
 class Former(Contrast):
     """Written for an earlier version."""
-
-    reading_name = "quotient"
 
     def read(self, times):
         return 10.0
@@ -274,9 +270,8 @@ def test_a_fitness_of_ones_own_gets_scores_and_times():
     assert not Fitness.of(JudgingSettings(fitness=f"{HERE}:Contrast"), 150.0).needs_scale
 
 
-def test_a_fitness_may_use_the_former_names_of_its_methods():
+def test_a_fitness_may_use_the_former_name_of_its_method():
     assert fitness_of(results_of((1.0, 4.0)), fitness=f"{HERE}:Former").scores == (10.0,)
-    assert Former.score_name == "quotient"
 
 
 def test_a_fitness_that_fails_says_so():
