@@ -151,3 +151,17 @@ def _aliased(node: yaml.Node, prefix: str) -> Iterator[tuple[str, bool]]:
         if is_merged(node, key) or min(places) < key.start_mark.index:
             yield name, isinstance(value, yaml.ScalarNode)
         yield from _aliased(value, f"{name}.")
+
+
+def parameter_groups(group: yaml.Node, prefix: str) -> Iterator[tuple[str, yaml.ScalarNode, yaml.MappingNode]]:
+    """Yield the full name, the key and the parameters of every node."""
+    if not isinstance(group, yaml.MappingNode):
+        return
+    for key, value in group.value:
+        if not isinstance(value, yaml.MappingNode) or not isinstance(key, yaml.ScalarNode):
+            continue
+        inner = [below for name, below in value.value if name.value == PARAMETERS]
+        if inner and isinstance(inner[0], yaml.MappingNode):
+            yield f"{prefix}{key.value}", key, inner[0]
+        if key.value != PARAMETERS:
+            yield from parameter_groups(value, f"{prefix}{key.value}.")

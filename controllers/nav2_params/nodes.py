@@ -99,6 +99,11 @@ def _refuse_bare(nodes: list[Node]) -> None:
                 raise ConfigError(f"{around.full}: expected a group {PARAMETERS!r} in it, as in ROS{got}")
 
 
+def namespace_of(full: str) -> str:
+    """Return the namespaces in front of the full name of a node, with the last separator."""
+    return full[: max(full.rfind("."), full.rfind("/")) + 1]
+
+
 def is_wildcard(name: str) -> bool:
     """Whether a name stands for several nodes."""
     return "*" in name

@@ -14,8 +14,7 @@ import yaml
 
 from controllers.dwb.plugin import critic_class
 from controllers.nav2_params.costmap_section import LEGACY_LAYERS
-from controllers.nav2_params.migration import parameter_groups
-from controllers.nav2_params.migration_work import OWN_OF_SHIM
+from controllers.nav2_params.document import parameter_groups
 from controllers.nav2_params.navigation import NavigationParams
 from controllers.nav2_params.nodes import COSTMAPS, all_nodes
 from controllers.nav2_params.plugin_settings import ControllerPlugin
@@ -23,7 +22,7 @@ from controllers.nav2_params.plugins import CONTROLLERS, COSTMAP_LAYERS
 from controllers.nav2_params.wildcards import giving_sections
 from controllers.nav2_params.yaml_edits import Edits, Entry, as_yaml, entries
 from controllers.parameters import SettingsWithCritics
-from controllers.rotation_shim.plugin import PRIMARY
+from controllers.rotation_shim.plugin import OWN_OF_SHIM, PRIMARY
 from controllers.rpp.params import RENAMED_KEYS
 from gym_mapbench.costmap import CostmapParams
 from gym_mapbench.errors import ConfigError

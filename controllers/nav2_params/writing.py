@@ -9,7 +9,7 @@ from controllers.behaviors import DRIVE_ON_HEADING, BehaviorServer, default_limi
 from controllers.checkers import GOAL_CHECKERS, PROGRESS_CHECKERS, ProgressChecker
 from controllers.collision_monitor import CollisionMonitor
 from controllers.nav2_params.filters_writing import filter_groups, filter_nodes
-from controllers.nav2_params.migration_rules import CODES, ENDING, PREFIXES
+from controllers.nav2_params.migration.rules import CODES, ENDING, PREFIXES
 from controllers.nav2_params.monitor_section import write_monitor
 from controllers.nav2_params.navigation import ControllerServer, NavigationParams
 from controllers.nav2_params.plugin_settings import PlannerPlugin

@@ -7,7 +7,7 @@ from collections.abc import Collection, Iterable, Sequence
 import yaml
 
 from controllers.nav2_params.controllers_section import HANDLER_LIST
-from controllers.nav2_params.migration_work import ControllerGroup, Part, Work, children, controllers_in
+from controllers.nav2_params.migration.work import ControllerGroup, Part, Work, children, controllers_in
 from controllers.nav2_params.nodes import is_wildcard
 from controllers.nav2_params.wildcards import told_sections
 from controllers.nav2_params.yaml_edits import Entry

@@ -105,7 +105,6 @@ UNKNOWN: Mapping[Release, Mapping[str, tuple[str, ...]]] = {
 """Release -> node -> keys that mean nothing there."""
 OVERTAKEN: Mapping[Release, Mapping[str, str]] = {"humble": {"global_frame": "local_frame"}}
 """Release -> key of the behaviour server that is taken out -> the key that then gets its name."""
-TREE_PLUGINS = "plugin_lib_names"
 RESPELT = frozenset({"planner_server", "behavior_server", "recoveries_server", "bt_navigator"})
 """Nodes whose plugins' classes are written with ``/`` in Humble and with ``::`` since Jazzy."""
 RESPELT_PACKAGES = (*OF_CLASSES, "nav2_bt_navigator")
@@ -118,7 +117,7 @@ STAMPED_NODES = frozenset(
 NEW_DEFAULTS: Mapping[str, Mapping[str, str]] = {
     "controller_server": {
         "nav2_controller::*GoalChecker": "path_length_tolerance 1.0: the goal is not reached while more of the local "
-        "plan is left",
+        "plan is left"
     },
     "behavior_server": {
         "*BackUp": "acceleration_limit 2.5, deceleration_limit -2.5, minimum_speed 0.1: the robot slows down before "

@@ -8,15 +8,7 @@ from typing import Any
 import yaml
 
 from controllers.descriptor import Nav2Controller
-from controllers.nav2_params.migration_work import (
-    ControllerGroup,
-    Work,
-    asks,
-    critic_of,
-    listed,
-    placed,
-    tell_awakened,
-)
+from controllers.nav2_params.migration.work import ControllerGroup, Work, asks, critic_of, listed, placed, tell_awakened
 from controllers.nav2_params.yaml_edits import Entry, as_yaml
 from controllers.rotation_shim.plugin import PRIMARY
 
