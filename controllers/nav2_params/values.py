@@ -13,14 +13,14 @@ from typing import Any, NamedTuple
 import yaml
 
 from controllers.dwb.plugin import critic_class
-from controllers.nav2_params.costmap_section import LEGACY_LAYERS
-from controllers.nav2_params.document import parameter_groups
+from controllers.nav2_params.file.document import parameter_groups
+from controllers.nav2_params.file.nodes import COSTMAPS, all_nodes
+from controllers.nav2_params.file.wildcards import giving_sections
+from controllers.nav2_params.file.yaml_edits import Edits, Entry, as_yaml, entries
 from controllers.nav2_params.navigation import NavigationParams
-from controllers.nav2_params.nodes import COSTMAPS, all_nodes
 from controllers.nav2_params.plugin_settings import ControllerPlugin
 from controllers.nav2_params.plugins import CONTROLLERS, COSTMAP_LAYERS
-from controllers.nav2_params.wildcards import giving_sections
-from controllers.nav2_params.yaml_edits import Edits, Entry, as_yaml, entries
+from controllers.nav2_params.sections.costmaps import LEGACY_LAYERS
 from controllers.parameters import SettingsWithCritics
 from controllers.rotation_shim.plugin import OWN_OF_SHIM, PRIMARY
 from controllers.rpp.params import RENAMED_KEYS

@@ -8,12 +8,12 @@ from typing import Any
 from controllers.behaviors import DRIVE_ON_HEADING, BehaviorServer, default_limits
 from controllers.checkers import GOAL_CHECKERS, PROGRESS_CHECKERS, ProgressChecker
 from controllers.collision_monitor import CollisionMonitor
+from controllers.nav2_params.file.keys import CODES, ENDING, PREFIXES
 from controllers.nav2_params.filters_writing import filter_groups, filter_nodes
-from controllers.nav2_params.migration.rules import CODES, ENDING, PREFIXES
-from controllers.nav2_params.monitor_section import write_monitor
 from controllers.nav2_params.navigation import ControllerServer, NavigationParams
 from controllers.nav2_params.plugin_settings import PlannerPlugin
 from controllers.nav2_params.plugins import BEHAVIORS, CONTROLLERS, COSTMAP_LAYERS, DRIVES, PLANNERS, SMOOTHERS
+from controllers.nav2_params.sections.monitor import write_monitor
 from controllers.path_handler import PATH_HANDLER_ID, PATH_HANDLERS
 from controllers.tree_xml.needs import written_codes
 from controllers.tree_xml.reading import read_tree

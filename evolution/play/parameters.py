@@ -11,7 +11,7 @@ from collections.abc import Iterator, Mapping
 from typing import Any, Literal, get_args, get_origin
 
 from controllers.nav2_params import NavigationParams
-from controllers.nav2_params.nodes import COSTMAPS
+from controllers.nav2_params.file.nodes import COSTMAPS
 from controllers.nav2_params.plugins import CONTROLLERS
 from controllers.nav2_params.values import unused_critics
 from evolution.driving import ControllerSpec

@@ -25,7 +25,7 @@ from controllers.nav2_params import (
     read_nav2_params,
     write_nav2_params,
 )
-from controllers.nav2_params.nodes import COSTMAPS
+from controllers.nav2_params.file.nodes import COSTMAPS
 from controllers.nav2_params.plugins import CONTROLLERS
 from controllers.nav2_params.values import values_of, write_values
 from controllers.registry import FOLLOWERS

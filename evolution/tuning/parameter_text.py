@@ -10,7 +10,7 @@ from tempfile import TemporaryDirectory
 import yaml
 
 from controllers.nav2_params import Nav2Params, write_nav2_params
-from controllers.nav2_params.tree_file import NAVIGATOR, TREE_FILE
+from controllers.nav2_params.file.tree import NAVIGATOR, TREE_FILE
 from controllers.nav2_params.values import Values, values_of, write_values
 from evolution.driving import DriveSettings, ParameterFile
 from evolution.files import temporary_directory, write_text

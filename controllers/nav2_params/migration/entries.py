@@ -7,7 +7,10 @@ from fnmatch import fnmatchcase
 
 import yaml
 
-from controllers.nav2_params.costmap_section import LEGACY_LAYERS
+from controllers.nav2_params.file.nodes import is_of_nav2, is_wildcard, namespace_of
+from controllers.nav2_params.file.tree import NAVIGATOR, TREE_PLUGINS
+from controllers.nav2_params.file.tree_ids import PROGRESS_CHECKER
+from controllers.nav2_params.file.yaml_edits import Entry, as_yaml
 from controllers.nav2_params.migration.rules import (
     LYRICALS,
     OLD_TREE,
@@ -20,11 +23,8 @@ from controllers.nav2_params.migration.rules import (
 )
 from controllers.nav2_params.migration.wildcards import Nodes, refuse_shared_name
 from controllers.nav2_params.migration.work import Work, listed
-from controllers.nav2_params.nodes import is_of_nav2, is_wildcard, namespace_of
 from controllers.nav2_params.plugins import COSTMAP_LAYERS
-from controllers.nav2_params.tree_file import NAVIGATOR, TREE_PLUGINS
-from controllers.nav2_params.tree_ids import PROGRESS_CHECKER
-from controllers.nav2_params.yaml_edits import Entry, as_yaml
+from controllers.nav2_params.sections.costmaps import LEGACY_LAYERS
 from gym_mapbench.errors import ConfigError
 from gym_mapbench.ros_params import known_class
 

@@ -9,17 +9,17 @@ from typing import Any
 
 import yaml
 
-from controllers.nav2_params.document import PARAMETERS, parameter_groups
+from controllers.nav2_params.file.document import PARAMETERS, parameter_groups
+from controllers.nav2_params.file.nodes import Node, all_nodes, namespace_of
+from controllers.nav2_params.file.recognition import recognise
+from controllers.nav2_params.file.signs import kilted_key
+from controllers.nav2_params.file.tree import NAVIGATOR
+from controllers.nav2_params.file.tree_ids import PROGRESS_CHECKER
+from controllers.nav2_params.file.wildcards import giving_sections, share
+from controllers.nav2_params.file.yaml_edits import Edits
 from controllers.nav2_params.migration.nodes import migrate_node
 from controllers.nav2_params.migration.wildcards import SERVER, split_controllers
 from controllers.nav2_params.migration.work import Work
-from controllers.nav2_params.nodes import Node, all_nodes, namespace_of
-from controllers.nav2_params.recognition import recognise
-from controllers.nav2_params.signs import kilted_key
-from controllers.nav2_params.tree_file import NAVIGATOR
-from controllers.nav2_params.tree_ids import PROGRESS_CHECKER
-from controllers.nav2_params.wildcards import giving_sections, share
-from controllers.nav2_params.yaml_edits import Edits
 from gym_mapbench.errors import ConfigError
 from gym_mapbench.files.documents import parse_yaml, read_document_text
 from gym_mapbench.releases import Release

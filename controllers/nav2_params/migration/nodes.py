@@ -9,7 +9,8 @@ from typing import Any
 
 import yaml
 
-from controllers.nav2_params.controllers_section import TREES_CHOICE
+from controllers.nav2_params.file.older import OLD_BEHAVIORS, OLD_NODES, todays_names
+from controllers.nav2_params.file.yaml_edits import as_yaml, entries
 from controllers.nav2_params.migration.controllers import migrate_controller
 from controllers.nav2_params.migration.entries import migrate_entry
 from controllers.nav2_params.migration.lyrical import migrate_forms, move_path_handling
@@ -20,8 +21,7 @@ from controllers.nav2_params.migration.smoothers import NODE as SMOOTHER_SERVER
 from controllers.nav2_params.migration.smoothers import migrate_smoothers
 from controllers.nav2_params.migration.wildcards import SERVER, Nodes, nodes_of
 from controllers.nav2_params.migration.work import Work, children, controllers_in, listed
-from controllers.nav2_params.older import OLD_BEHAVIORS, OLD_NODES, todays_names
-from controllers.nav2_params.yaml_edits import as_yaml, entries
+from controllers.nav2_params.sections.controllers import TREES_CHOICE
 from gym_mapbench.errors import ConfigError
 
 

@@ -8,7 +8,8 @@ from __future__ import annotations
 from collections.abc import Mapping
 from typing import NamedTuple
 
-from controllers.nav2_params.signs import OF_CLASSES
+from controllers.nav2_params.file.keys import CODES, ENDING, PREFIXES
+from controllers.nav2_params.file.signs import OF_CLASSES
 from gym_mapbench.releases import RELEASES, Release
 
 
@@ -56,7 +57,6 @@ SINCE_JAZZY = (
 )
 """Names of Humble and of releases before it."""
 FROM_LYRICAL = Rename("controller_server", "*.max_linear_vel", "desired_linear_vel", sources=("lyrical",))
-CODES, PREFIXES, ENDING = "error_code_names", "error_code_name_prefixes", "_error_code"
 RENAMES: Mapping[Release, tuple[Rename, ...]] = {
     "humble": (
         *SINCE_HUMBLE,
@@ -117,7 +117,7 @@ STAMPED_NODES = frozenset(
 NEW_DEFAULTS: Mapping[str, Mapping[str, str]] = {
     "controller_server": {
         "nav2_controller::*GoalChecker": "path_length_tolerance 1.0: the goal is not reached while more of the local "
-        "plan is left"
+        "plan is left",
     },
     "behavior_server": {
         "*BackUp": "acceleration_limit 2.5, deceleration_limit -2.5, minimum_speed 0.1: the robot slows down before "

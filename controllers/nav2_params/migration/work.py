@@ -9,8 +9,8 @@ from typing import Any, NamedTuple
 import yaml
 
 from controllers.descriptor import Nav2Controller
+from controllers.nav2_params.file.yaml_edits import Edits, Entry, as_yaml, entries
 from controllers.nav2_params.plugins import CONTROLLERS, SHIMS, controller_kind
-from controllers.nav2_params.yaml_edits import Edits, Entry, as_yaml, entries
 from controllers.parameters import SettingsWithCritics
 from controllers.rotation_shim.plugin import OWN_OF_SHIM, PRIMARY
 from gym_mapbench.errors import ConfigError

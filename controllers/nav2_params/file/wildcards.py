@@ -13,10 +13,10 @@ from dataclasses import replace
 from itertools import takewhile
 from typing import Any, NamedTuple
 
-from controllers.nav2_params.document import PARAMETERS, written_name
-from controllers.nav2_params.nodes import COSTMAPS, SECTIONS, Node, choose_node
-from controllers.nav2_params.tree_file import TREE_FILES
-from controllers.nav2_params.tree_ids import PORTS
+from controllers.nav2_params.file.document import PARAMETERS, written_name
+from controllers.nav2_params.file.nodes import COSTMAPS, SECTIONS, Node, choose_node
+from controllers.nav2_params.file.tree import TREE_FILES
+from controllers.nav2_params.file.tree_ids import PORTS
 from gym_mapbench.errors import ConfigError
 from gym_mapbench.ros_params import Finding, Kind, leaves, nest_dotted, overlay
 

@@ -10,9 +10,9 @@ from collections.abc import Mapping
 from dataclasses import dataclass, field
 from pathlib import Path
 
-from controllers.nav2_params.document import PARAMETERS
-from controllers.nav2_params.keys import FILTER_NODES, INFO_SERVER, MASK_SERVER
-from controllers.nav2_params.nodes import Node
+from controllers.nav2_params.file.document import PARAMETERS
+from controllers.nav2_params.file.keys import FILTER_NODES, INFO_SERVER, MASK_SERVER
+from controllers.nav2_params.file.nodes import Node
 from gym_mapbench.costmap import FilterMask
 from gym_mapbench.errors import ConfigError, MapFormatError
 from gym_mapbench.mapio import read_occupancy

@@ -5,9 +5,9 @@ from __future__ import annotations
 from collections.abc import Iterator, Mapping
 from typing import Any, NamedTuple
 
-from controllers.nav2_params import keys
-from controllers.nav2_params.document import PARAMETERS
-from controllers.nav2_params.older import OLD_NODES, modernised
+from controllers.nav2_params.file import keys
+from controllers.nav2_params.file.document import PARAMETERS
+from controllers.nav2_params.file.older import OLD_NODES, modernised
 from gym_mapbench.errors import ConfigError, nearest_name
 from gym_mapbench.ros_params import Findings, Keys, Section
 

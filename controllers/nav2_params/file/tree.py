@@ -9,7 +9,7 @@ from functools import partial
 from os.path import isfile
 from pathlib import Path
 
-from controllers.nav2_params.document import PARAMETERS
+from controllers.nav2_params.file.document import PARAMETERS
 from controllers.tree_xml.includes import TreeText, read_text
 from controllers.tree_xml.labels import TreeError
 from controllers.tree_xml.needs import plugin_names

@@ -81,6 +81,8 @@ BEHAVIOR_SERVER = Keys(
     },
     elsewhere={"transform_timeout": "an older name of transform_tolerance"},
 )
+CODES, PREFIXES, ENDING = "error_code_names", "error_code_name_prefixes", "_error_code"
+"""The error codes that the navigator reports, Lyrical's without their ending."""
 BT_NAVIGATOR = Keys(
     ros_only=FRAMES
     | {
@@ -91,8 +93,8 @@ BT_NAVIGATOR = Keys(
         "default_nav_through_poses_bt_xml",
         "default_server_timeout",
         "enable_groot_monitoring",
-        "error_code_name_prefixes",
-        "error_code_names",
+        CODES,
+        PREFIXES,
         "filter_duration",
         "goal_blackboard_id",
         "goals_blackboard_id",

@@ -9,7 +9,7 @@ from pathlib import Path
 
 import yaml
 
-from controllers.nav2_params.yaml_edits import is_merged
+from controllers.nav2_params.file.yaml_edits import is_merged
 from gym_mapbench.errors import ConfigError
 from gym_mapbench.files.documents import MAX_VALUES, parse_yaml, read_document_text
 from gym_mapbench.ros_params import fill_templates, first_unreadable, no_value
