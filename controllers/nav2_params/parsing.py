@@ -17,7 +17,7 @@ from controllers.behaviors import (
 )
 from controllers.nav2_params.file import keys
 from controllers.nav2_params.file.document import Document, refuse_bomb
-from controllers.nav2_params.file.nodes import COSTMAPS, SECTIONS, all_nodes, find_sections
+from controllers.nav2_params.file.nodes import SECTIONS, all_nodes, find_sections
 from controllers.nav2_params.file.recognition import Recognition, recognise
 from controllers.nav2_params.file.tree import NAVIGATOR, take_tree
 from controllers.nav2_params.file.tree_ids import CONTROLLER, PLANNER, TreeIds
@@ -32,6 +32,7 @@ from controllers.nav2_params.sections.filters import read_filters
 from controllers.nav2_params.sections.monitor import read_monitor
 from controllers.nav2_params.sections.smoothers import read_smoothers
 from controllers.tree_xml.needs import asked_behaviors
+from gym_mapbench.costmap import COSTMAPS
 from gym_mapbench.errors import ConfigError, nearest_name
 from gym_mapbench.releases import Release
 from gym_mapbench.ros_params import (

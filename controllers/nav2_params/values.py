@@ -14,7 +14,7 @@ import yaml
 
 from controllers.dwb.plugin import critic_class
 from controllers.nav2_params.file.document import parameter_groups
-from controllers.nav2_params.file.nodes import COSTMAPS, all_nodes
+from controllers.nav2_params.file.nodes import all_nodes
 from controllers.nav2_params.file.wildcards import giving_sections
 from controllers.nav2_params.file.yaml_edits import Edits, Entry, as_yaml, entries
 from controllers.nav2_params.navigation import NavigationParams
@@ -24,7 +24,7 @@ from controllers.nav2_params.sections.costmaps import LEGACY_LAYERS
 from controllers.parameters import SettingsWithCritics
 from controllers.rotation_shim.plugin import OWN_OF_SHIM, PRIMARY
 from controllers.rpp.params import RENAMED_KEYS
-from gym_mapbench.costmap import CostmapParams
+from gym_mapbench.costmap import COSTMAPS, CostmapParams
 from gym_mapbench.errors import ConfigError
 from gym_mapbench.files.documents import parse_yaml
 from gym_mapbench.ros_params import known_class, leaves, nest_dotted, overlay

@@ -81,8 +81,7 @@ def write_nav2_params(
         "planner_server": _planner_server(navigation),
         "behavior_server": _behavior_server(navigation.behavior_server, navigation.release, navigation.behaviors),
         "bt_navigator": _bt_navigator(navigation),
-        "local_costmap": _costmap(navigation.local_costmap, "local_costmap", robot),
-        "global_costmap": _costmap(navigation.global_costmap, "global_costmap", robot),
+        **{name: _costmap(costmap, name, robot) for name, costmap in navigation.costmaps.items()},
     }
     if navigation.used_smoothers:
         nodes["smoother_server"] = _smoother_server(navigation)

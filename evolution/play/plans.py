@@ -25,7 +25,6 @@ from controllers.nav2_params import (
     read_nav2_params,
     write_nav2_params,
 )
-from controllers.nav2_params.file.nodes import COSTMAPS
 from controllers.nav2_params.plugins import CONTROLLERS
 from controllers.nav2_params.values import values_of, write_values
 from controllers.registry import FOLLOWERS
@@ -41,6 +40,7 @@ from evolution.driving import (
 )
 from evolution.files import temporary_directory, write_text
 from evolution.play.messages.requests import AskParameters, Session, Variant, WorldSettings
+from gym_mapbench.costmap import COSTMAPS
 from gym_mapbench.env.config import EnvConfig
 from gym_mapbench.errors import ConfigError, MapBenchError, refuse_unknown, unknown_name
 from gym_mapbench.files.documents import read_document_text

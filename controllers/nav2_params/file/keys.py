@@ -28,9 +28,6 @@ ROS_ONLY_NODES = frozenset(
 LOCALISATION = ("amcl", "ekf", "localization", "slam", "ukf")
 """Parts of the names of nodes that localise the robot, which knows its pose here."""
 
-FILTER_NODES = ("filter_info_server", "filter_mask_server")
-"""Ends of the names of nodes that serve costmap filters: those of info servers, and of the masks' map servers."""
-
 INNER_NODES = ("_client", "_rclcpp_node")
 """Ends of the names of nodes that Nav2's servers have for their own use."""
 
