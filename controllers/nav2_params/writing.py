@@ -20,7 +20,7 @@ from controllers.tree_xml.reading import read_tree
 from gym_mapbench.costmap import FILTERS, CostmapParams
 from gym_mapbench.errors import ConfigError
 from gym_mapbench.releases import Release
-from gym_mapbench.ros_params import leaves, overlay
+from gym_mapbench.ros_params import leaves, nest_dotted, overlay, written
 from gym_mapbench.settings import Settings
 from gym_mapbench.world.robot import RobotSpec
 
@@ -127,8 +127,8 @@ def _beside(values: Mapping[str, Any], kept: Mapping[str, Any]) -> dict[str, Any
 
 
 def _options(settings: Settings) -> dict[str, Any]:
-    """Return options as ROS takes them: lists for tuples, and nothing for None."""
-    return settings.model_dump(mode="json", exclude_none=True)
+    """Return options as ROS takes them: lists for tuples, and nothing for None or for defaults without effect."""
+    return nest_dotted(dict(written(type(settings), settings.model_dump(mode="json", exclude_none=True))))
 
 
 def _collision_monitor(monitor: CollisionMonitor, navigation: NavigationParams) -> dict[str, Any]:
