@@ -24,16 +24,11 @@ ROS_ONLY_NODES = frozenset(
     }
 )
 """Nodes that have no part in driving to a pose with the default tree; the robot knows its pose here."""
-
 LOCALISATION = ("amcl", "ekf", "localization", "slam", "ukf")
 """Parts of the names of nodes that localise the robot, which knows its pose here."""
-
 INNER_NODES = ("_client", "_rclcpp_node")
 """Ends of the names of nodes that Nav2's servers have for their own use."""
-
 FRAMES = frozenset({"global_frame", "local_frame", "robot_base_frame", "transform_tolerance"})
-
-
 CONTROLLER_SERVER = Keys(
     ros_only=frozenset(
         {

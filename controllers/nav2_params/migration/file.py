@@ -65,14 +65,11 @@ def migrate_file(path: str | Path, target: Release, source: Release | None = Non
         nodes = all_nodes(values)
         known = source or recognise(nodes).release
         shared = share(nodes)
-    except ConfigError as error:
-        raise ConfigError(f"{path}: {error}") from None
-    kilted = kilted_key([*nodes, *shared.made]) if source is None and known == "jazzy" else ""
-    kilted = shared.origins.get(kilted, kilted)
-    work = Work(Edits(text), known, target, bool(kilted), _named_by_trees(nodes))
-    if kilted and target != "humble":
-        work.tell(kilted, "a key of Kilted, which publishes TwistStamped by default")
-    try:
+        kilted = kilted_key([*nodes, *shared.made]) if source is None and known == "jazzy" else ""
+        kilted = shared.origins.get(kilted, kilted)
+        work = Work(Edits(text), known, target, bool(kilted), _named_by_trees(nodes))
+        if kilted and target != "humble":
+            work.tell(kilted, "a key of Kilted, which publishes TwistStamped by default")
         groups = [] if root is None else list(parameter_groups(root, ""))
         work.parts = split_controllers(groups, giving_sections(nodes, SERVER), work)
         for full, key, group in groups:

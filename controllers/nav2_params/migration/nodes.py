@@ -11,14 +11,11 @@ import yaml
 
 from controllers.nav2_params.file.older import OLD_BEHAVIORS, OLD_NODES, todays_names
 from controllers.nav2_params.file.yaml_edits import as_yaml, entries
+from controllers.nav2_params.migration import monitor, smoothers
 from controllers.nav2_params.migration.controllers import migrate_controller
 from controllers.nav2_params.migration.entries import migrate_entry
 from controllers.nav2_params.migration.lyrical import migrate_forms, move_path_handling
-from controllers.nav2_params.migration.monitor import NODE as MONITOR
-from controllers.nav2_params.migration.monitor import migrate_monitor
 from controllers.nav2_params.migration.rules import NEW_DEFAULTS, STAMPED, STAMPED_NODES
-from controllers.nav2_params.migration.smoothers import NODE as SMOOTHER_SERVER
-from controllers.nav2_params.migration.smoothers import migrate_smoothers
 from controllers.nav2_params.migration.wildcards import SERVER, Nodes, nodes_of
 from controllers.nav2_params.migration.work import Work, children, controllers_in, listed
 from controllers.nav2_params.sections.controllers import TREES_CHOICE
@@ -45,10 +42,10 @@ def migrate_node(
         _refuse_dotted(full, group)
     for entry in entries(group):
         migrate_entry(work, full, nodes, entry)
-    if MONITOR in nodes:
-        migrate_monitor(work, full, group)
-    if SMOOTHER_SERVER in nodes:
-        migrate_smoothers(work, full, group)
+    if monitor.NODE in nodes:
+        monitor.migrate_monitor(work, full, group)
+    if smoothers.NODE in nodes:
+        smoothers.migrate_smoothers(work, full, group)
     moved = move_path_handling(work, full, group, controllers)
     for controller in controllers.values():
         migrate_controller(work, controller, inflation, moved)
