@@ -115,11 +115,11 @@ def text_of_settings(settings: DriveSettings, controller: str) -> ParameterText:
 def writable_space(space: SearchSpace, text: ParameterText) -> SearchSpace:
     """Return the space without the parameters that the text has no place for, such as those of a missing section.
 
-    A warning names those that the text gives, but not alone, such as aliases of YAML.
+    A warning names those whose values the text gives to other parameters as well.
     """
     refused = {name: error for name in space.parameters if (error := text.refusal(name)) is not None}
     shared = [name for name, error in refused.items() if isinstance(error, SharedValueError)]
     if shared:
-        said = "%s: not tuned, as YAML aliases or sections for several nodes share their values: %s"
+        said = "%s: not tuned, as YAML anchors, aliases or sections for several nodes share their values: %s"
         LOG.warning(said, text.file.params, ", ".join(shared))
     return space.without(frozenset(refused))

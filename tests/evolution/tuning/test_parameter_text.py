@@ -109,5 +109,5 @@ def test_one_line_names_the_parameters_that_are_not_tuned_since_others_share_the
     space = {"lookahead_dist": ParameterRange(low=0.3, high=0.9), "lookahead_time": ParameterRange(low=1, high=2)}
     kept = writable_space(SearchSpace(parameters=space), own)
     assert list(kept.parameters) == ["lookahead_time"]
-    shared = "YAML aliases or sections for several nodes share their values"
+    shared = "YAML anchors, aliases or sections for several nodes share their values"
     assert caplog.messages == [f"{path}: not tuned, as {shared}: lookahead_dist"]
