@@ -2,7 +2,8 @@
 
 Files of all releases are understood: those for Humble and Jazzy drive as they would there, names of other releases are
 translated, and keys that the robot's own Nav2 would ignore are listed, not refused. A file is read into a document that
-knows its lines; its nodes are found and its release is recognised; then each section is read key by key.
+knows its lines; its nodes are found and its release is recognised (``file``); then each section is read key by key
+(``sections``). ``migration`` converts the text of a file, and ``values`` changes single values in it.
 """
 
 from __future__ import annotations

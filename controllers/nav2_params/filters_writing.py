@@ -8,8 +8,8 @@ from hashlib import sha256
 from itertools import chain, count
 from typing import Any
 
-from controllers.nav2_params.filter_servers import INFO_SERVERS, MASK_SERVERS
-from controllers.nav2_params.filters_section import (
+from controllers.nav2_params.navigation import NavigationParams
+from controllers.nav2_params.sections.filters import (
     ABSOLUTE,
     CLASSES,
     INFLATION_LAYER,
@@ -17,8 +17,7 @@ from controllers.nav2_params.filters_section import (
     PERCENT,
     USUAL_LIMIT_TOPIC,
 )
-from controllers.nav2_params.navigation import NavigationParams
-from gym_mapbench.costmap import CostmapParams, FilterMask, KeepoutFilter, SpeedFilter
+from gym_mapbench.costmap import INFO_SERVERS, MASK_SERVERS, CostmapParams, FilterMask, KeepoutFilter, SpeedFilter
 from gym_mapbench.mapio import Occupancy, occupancy_files
 from gym_mapbench.releases import Release
 

@@ -15,23 +15,24 @@ from controllers.behaviors import (
     default_limits,
     default_tree,
 )
-from controllers.nav2_params import keys
-from controllers.nav2_params.controllers_section import TREES_CHOICE, ControllersFound, read_controllers
-from controllers.nav2_params.costmap_section import read_costmap
-from controllers.nav2_params.document import Document, refuse_bomb
-from controllers.nav2_params.filter_servers import FilterServers
-from controllers.nav2_params.filters_section import read_filters
-from controllers.nav2_params.monitor_section import read_monitor
+from controllers.nav2_params.file import keys
+from controllers.nav2_params.file.document import Document, refuse_bomb
+from controllers.nav2_params.file.nodes import SECTIONS, all_nodes, find_sections
+from controllers.nav2_params.file.recognition import Recognition, recognise
+from controllers.nav2_params.file.tree import NAVIGATOR, take_tree
+from controllers.nav2_params.file.tree_ids import CONTROLLER, PLANNER, TreeIds
+from controllers.nav2_params.file.wildcards import share
 from controllers.nav2_params.navigation import NavigationParams, VelocitySmoother
-from controllers.nav2_params.nodes import COSTMAPS, SECTIONS, all_nodes, find_sections
 from controllers.nav2_params.plugin_settings import PlannerPlugin
 from controllers.nav2_params.plugins import BEHAVIORS, DRIVES, PLANNERS, names_in_ros, stand_in
-from controllers.nav2_params.recognition import Recognition, recognise
-from controllers.nav2_params.smoothers_section import read_smoothers
-from controllers.nav2_params.tree_file import NAVIGATOR, take_tree
-from controllers.nav2_params.tree_ids import CONTROLLER, PLANNER, TreeIds
-from controllers.nav2_params.wildcards import share
+from controllers.nav2_params.sections.controllers import TREES_CHOICE, ControllersFound, read_controllers
+from controllers.nav2_params.sections.costmaps import read_costmap
+from controllers.nav2_params.sections.filter_servers import FilterServers
+from controllers.nav2_params.sections.filters import read_filters
+from controllers.nav2_params.sections.monitor import read_monitor
+from controllers.nav2_params.sections.smoothers import read_smoothers
 from controllers.tree_xml.needs import asked_behaviors
+from gym_mapbench.costmap import COSTMAPS
 from gym_mapbench.errors import ConfigError, nearest_name
 from gym_mapbench.releases import Release
 from gym_mapbench.ros_params import (

@@ -6,12 +6,12 @@ from collections.abc import Mapping
 from dataclasses import replace
 from pathlib import Path
 
-from controllers.nav2_params.document import Document, read_document
-from controllers.nav2_params.nodes import all_nodes
+from controllers.nav2_params.file.document import Document, read_document
+from controllers.nav2_params.file.nodes import all_nodes
+from controllers.nav2_params.file.recognition import recognise
+from controllers.nav2_params.file.wildcards import share
 from controllers.nav2_params.parsing import Nav2Params, parse_nav2_params
 from controllers.nav2_params.presets import PRESETS, load_preset
-from controllers.nav2_params.recognition import recognise
-from controllers.nav2_params.wildcards import share
 from gym_mapbench.errors import ConfigError
 from gym_mapbench.releases import Release
 

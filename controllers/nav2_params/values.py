@@ -13,19 +13,18 @@ from typing import Any, NamedTuple
 import yaml
 
 from controllers.dwb.plugin import critic_class
-from controllers.nav2_params.costmap_section import LEGACY_LAYERS
-from controllers.nav2_params.migration import parameter_groups
-from controllers.nav2_params.migration_work import OWN_OF_SHIM
+from controllers.nav2_params.file.document import parameter_groups
+from controllers.nav2_params.file.nodes import all_nodes
+from controllers.nav2_params.file.wildcards import giving_sections
+from controllers.nav2_params.file.yaml_edits import Edits, Entry, SharedValueError, as_yaml, entries
 from controllers.nav2_params.navigation import NavigationParams
-from controllers.nav2_params.nodes import COSTMAPS, all_nodes
 from controllers.nav2_params.plugin_settings import ControllerPlugin
 from controllers.nav2_params.plugins import CONTROLLERS, COSTMAP_LAYERS
-from controllers.nav2_params.wildcards import giving_sections
-from controllers.nav2_params.yaml_edits import Edits, Entry, as_yaml, entries
+from controllers.nav2_params.sections.costmaps import LEGACY_LAYERS
 from controllers.parameters import SettingsWithCritics
-from controllers.rotation_shim.plugin import PRIMARY
+from controllers.rotation_shim.plugin import OWN_OF_SHIM, PRIMARY
 from controllers.rpp.params import RENAMED_KEYS
-from gym_mapbench.costmap import CostmapParams
+from gym_mapbench.costmap import COSTMAPS, CostmapParams
 from gym_mapbench.errors import ConfigError
 from gym_mapbench.files.documents import parse_yaml
 from gym_mapbench.ros_params import known_class, leaves, nest_dotted, overlay
@@ -102,6 +101,7 @@ def write_values(text: str, controller: str, values: Values, known: Values) -> s
 
     Raises:
         ConfigError: If the file has no group for a value.
+        SharedValueError: If a value of the file counts for other parameters as well, such as an alias of YAML.
     """
     document, root = parse_yaml(text, "parameter file")
     groups = {full: group for full, _, group in parameter_groups(root, "")} if root else {}
@@ -175,7 +175,7 @@ def _write(edits: Edits, places: Sequence[_Place], value: Value) -> None:
     """Replace the last of the values that several sections give, or insert it into the innermost group around it."""
     given = [place for place in places if place.name in place.entries]
     if given and not given[-1].alone:
-        raise ConfigError(f"{given[-1].name}: a section gives it to both costmaps")
+        raise SharedValueError(f"{given[-1].name}: a section gives it to both costmaps")
     if given:
         edits.replace(given[-1].entries[given[-1].name], as_yaml(value))
         return

@@ -8,19 +8,19 @@ from typing import Any
 from controllers.behaviors import DRIVE_ON_HEADING, BehaviorServer, default_limits
 from controllers.checkers import GOAL_CHECKERS, PROGRESS_CHECKERS, ProgressChecker
 from controllers.collision_monitor import CollisionMonitor
+from controllers.nav2_params.file.keys import CODES, ENDING, PREFIXES
 from controllers.nav2_params.filters_writing import filter_groups, filter_nodes
-from controllers.nav2_params.migration_rules import CODES, ENDING, PREFIXES
-from controllers.nav2_params.monitor_section import write_monitor
 from controllers.nav2_params.navigation import ControllerServer, NavigationParams
 from controllers.nav2_params.plugin_settings import PlannerPlugin
 from controllers.nav2_params.plugins import BEHAVIORS, CONTROLLERS, COSTMAP_LAYERS, DRIVES, PLANNERS, SMOOTHERS
+from controllers.nav2_params.sections.monitor import write_monitor
 from controllers.path_handler import PATH_HANDLER_ID, PATH_HANDLERS
 from controllers.tree_xml.needs import written_codes
 from controllers.tree_xml.reading import read_tree
 from gym_mapbench.costmap import FILTERS, CostmapParams
 from gym_mapbench.errors import ConfigError
 from gym_mapbench.releases import Release
-from gym_mapbench.ros_params import leaves, overlay
+from gym_mapbench.ros_params import leaves, nest_dotted, overlay, written
 from gym_mapbench.settings import Settings
 from gym_mapbench.world.robot import RobotSpec
 
@@ -81,8 +81,7 @@ def write_nav2_params(
         "planner_server": _planner_server(navigation),
         "behavior_server": _behavior_server(navigation.behavior_server, navigation.release, navigation.behaviors),
         "bt_navigator": _bt_navigator(navigation),
-        "local_costmap": _costmap(navigation.local_costmap, "local_costmap", robot),
-        "global_costmap": _costmap(navigation.global_costmap, "global_costmap", robot),
+        **{name: _costmap(costmap, name, robot) for name, costmap in navigation.costmaps.items()},
     }
     if navigation.used_smoothers:
         nodes["smoother_server"] = _smoother_server(navigation)
@@ -128,8 +127,8 @@ def _beside(values: Mapping[str, Any], kept: Mapping[str, Any]) -> dict[str, Any
 
 
 def _options(settings: Settings) -> dict[str, Any]:
-    """Return options as ROS takes them: lists for tuples, and nothing for None."""
-    return settings.model_dump(mode="json", exclude_none=True)
+    """Return options as ROS takes them: lists for tuples, and nothing for None or for defaults without effect."""
+    return nest_dotted(dict(written(type(settings), settings.model_dump(mode="json", exclude_none=True))))
 
 
 def _collision_monitor(monitor: CollisionMonitor, navigation: NavigationParams) -> dict[str, Any]:

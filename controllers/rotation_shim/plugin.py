@@ -20,6 +20,8 @@ PRIMARY = "primary_controller"
 START = "without which Nav2 Lyrical does not start"
 OWN_KEYS = {*RotationShimParams.model_fields, PRIMARY} - {RELEASE, *TURNING.values()}
 """Parameters that no primary controller has."""
+OWN_OF_SHIM = frozenset({*OWN_KEYS, *TURNING.values(), "plugin"})
+"""Parameters that the Rotation Shim itself reads."""
 
 
 def around(primary: Nav2Controller, primaries: Iterable[Nav2Controller]) -> Nav2Controller:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from controllers.tree_xml.nodes import CLEARS, TreeNode
+from gym_mapbench.costmap import COSTMAPS
 from gym_mapbench.errors import ConfigError
 
 GOAL = "goal"
@@ -13,7 +14,6 @@ WRITTEN_PATHS = {
     "TruncatePathLocal": "output_path",
 }
 WRITTEN_CODES = ("ComputePathToPose", "FollowPath", "SmoothPath")
-COSTMAPS = ("local_costmap", "global_costmap")
 
 
 def check_variables(tree: TreeNode) -> None:

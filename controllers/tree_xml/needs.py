@@ -5,8 +5,9 @@ from __future__ import annotations
 from collections.abc import Mapping
 from typing import Any
 
-from controllers.tree_xml.checks import COSTMAPS, WRITTEN_CODES
+from controllers.tree_xml.checks import WRITTEN_CODES
 from controllers.tree_xml.nodes import BEHAVIOR_NODES, CANCELS, CLEARS, NODES, SELECTORS, Name, TreeNode
+from gym_mapbench.costmap import COSTMAPS
 from gym_mapbench.errors import ConfigError
 
 SMOOTH = "SmoothPath"

@@ -8,8 +8,8 @@ from typing import Any
 
 from controllers.behaviors import BehaviorTree
 from controllers.nav2_params import write_nav2_params
+from controllers.nav2_params.file.tree import NAVIGATOR, TREE_FILE
 from controllers.nav2_params.filters_writing import filter_values
-from controllers.nav2_params.tree_file import NAVIGATOR, TREE_FILE
 from evolution.benchmark.configurations import Configuration
 from evolution.driving import JobPlan
 from evolution.files import Row

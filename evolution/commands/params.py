@@ -6,9 +6,9 @@ import argparse
 from pathlib import Path
 
 from controllers.nav2_params import advise, parse_nav2_params, robot_of, summarise
-from controllers.nav2_params.document import read_document
+from controllers.nav2_params.file.document import read_document
+from controllers.nav2_params.file.tree import kept_trees, moved_trees
 from controllers.nav2_params.migration import Migration, migrate_file
-from controllers.nav2_params.tree_file import kept_trees, moved_trees
 from evolution.commands import options
 from evolution.commands.console import console, note
 from evolution.commands.parameter_file import add_reading_options, read_parameter_file

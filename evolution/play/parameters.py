@@ -11,14 +11,13 @@ from collections.abc import Iterator, Mapping
 from typing import Any, Literal, get_args, get_origin
 
 from controllers.nav2_params import NavigationParams
-from controllers.nav2_params.nodes import COSTMAPS
 from controllers.nav2_params.plugins import CONTROLLERS
 from controllers.nav2_params.values import unused_critics
 from evolution.driving import ControllerSpec
 from evolution.play.messages.start import Parameter
 from evolution.play.plans import known_values
 from evolution.tuning import ParameterRange, shipped_space, space_names
-from gym_mapbench.costmap import CostmapParams
+from gym_mapbench.costmap import COSTMAPS, CostmapParams
 from gym_mapbench.settings import Settings
 
 ARGUMENT = re.compile(r"^    (\w+(?:, \w+)*): (.+(?:\n      .+)*)", re.MULTILINE)

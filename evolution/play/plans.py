@@ -14,13 +14,13 @@ from functools import lru_cache
 from typing import Any
 
 from controllers.nav2_params import NavigationParams
-from controllers.nav2_params.nodes import COSTMAPS
 from controllers.nav2_params.plugins import CONTROLLERS
 from controllers.nav2_params.values import values_of, write_values
 from controllers.registry import FOLLOWERS
 from evolution.driving import ControllerSpec, JobPlan, try_controllers
 from evolution.play.messages.requests import AskParameters, Session, Variant
 from evolution.play.worlds import Given, PageWorld
+from gym_mapbench.costmap import COSTMAPS
 from gym_mapbench.env.config import EnvConfig
 from gym_mapbench.errors import ConfigError, MapBenchError, refuse_unknown, unknown_name
 

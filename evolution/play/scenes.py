@@ -11,6 +11,7 @@ from tempfile import TemporaryDirectory
 
 import numpy as np
 import scipy
+import yaml
 from numpy.typing import NDArray
 
 from evolution.files import temporary_directory
@@ -20,7 +21,7 @@ from gym_mapbench.errors import ConfigError, MapBenchError, refuse_unknown
 from gym_mapbench.generator import FAMILIES, FamilySpec, draw_from
 from gym_mapbench.mapio import TaskedMap, group_scenarios, load_maps
 from gym_mapbench.mapio.map_server import SUFFIXES, map_server_files
-from gym_mapbench.mapio.source import file_inside, read_yaml_file
+from gym_mapbench.mapio.source import file_inside, file_named, read_yaml_file
 from gym_mapbench.world.gridmap import GridMap
 from gym_mapbench.world.scenario import Pose, Scenario
 
@@ -91,22 +92,30 @@ def opened(dropped: AskOpen) -> list[Scene]:
         paths = [Path(folder) / file.name for file in sorted(dropped.files, key=_place)]
         try:
             for path in paths:
-                _refuse_other_files(path)
+                _take_dropped_picture(path)
             maps = load_maps(paths[0])
         except MapBenchError as error:
             raise type(error)(str(error).replace(f"{folder}/", "")) from None
     return [scene_of(scenario) for tasked in maps for scenario in _with_task(tasked)]
 
 
-def _refuse_other_files(path: Path) -> None:
-    """Refuse a map_server file that names a picture elsewhere: the page reads no file that was not dropped.
+def _take_dropped_picture(path: Path) -> None:
+    """Let a map_server file name the picture beside it if the file names a picture of the same name elsewhere.
 
     Raises:
-        MapFormatError: If it does, or is damaged.
+        MapFormatError: If it names another picture elsewhere, since the page reads no file that was not dropped; or if
+            it is damaged.
     """
     document = read_yaml_file(path) if path.suffix.lower() in SUFFIXES else None
-    if isinstance(document, Mapping) and "image" in document:
+    if not isinstance(document, Mapping) or "image" not in document:
+        return
+    named = file_named(path.parent, document["image"], f"{path}: image")
+    beside = path.parent / named.name
+    if not beside.is_file():
         file_inside(path.parent, document["image"], f"{path}: image")
+    elif named != beside:
+        document = read_yaml_file(path, each_key_once=True)
+        path.write_text(yaml.safe_dump({**document, "image": beside.name}), encoding="utf-8")
 
 
 def sampled(asked: AskRandom, config: EnvConfig) -> Scene:

@@ -8,7 +8,7 @@ from typing import Any
 
 import yaml
 
-from controllers.nav2_params.yaml_edits import as_yaml
+from controllers.nav2_params.file.yaml_edits import as_yaml
 from evolution.files import Row, counted
 from evolution.report.benchmark_page import split_reasons
 from evolution.report.page import Attachment, Report, Section, Table, download, picture

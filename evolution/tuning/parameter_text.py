@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import logging
 from collections.abc import Mapping
 from dataclasses import dataclass
 from pathlib import Path
@@ -10,7 +11,8 @@ from tempfile import TemporaryDirectory
 import yaml
 
 from controllers.nav2_params import Nav2Params, write_nav2_params
-from controllers.nav2_params.tree_file import NAVIGATOR, TREE_FILE
+from controllers.nav2_params.file.tree import NAVIGATOR, TREE_FILE
+from controllers.nav2_params.file.yaml_edits import SharedValueError
 from controllers.nav2_params.values import Values, values_of, write_values
 from evolution.driving import DriveSettings, ParameterFile
 from evolution.files import temporary_directory, write_text
@@ -18,6 +20,8 @@ from evolution.tuning.space import SearchSpace
 from gym_mapbench.errors import ConfigError
 from gym_mapbench.files.documents import read_document_text
 from gym_mapbench.ros_params import leaves
+
+LOG = logging.getLogger(__name__)
 
 
 @dataclass(frozen=True)
@@ -63,13 +67,13 @@ class ParameterText:
                 raise ConfigError(f"{self.file.params}: {got}")
         return changed
 
-    def accepts(self, name: str) -> bool:
-        """Whether the text has a place for a parameter."""
+    def refusal(self, name: str) -> ConfigError | None:
+        """Return why the text has no place for a parameter; None if it has one."""
         try:
             write_values(self.text, self.controller, {name: self.known[name]}, self.known)
-        except ConfigError:
-            return False
-        return True
+        except ConfigError as error:
+            return error
+        return None
 
 
 def text_of_file(file: ParameterFile, read: Nav2Params, controller: str) -> ParameterText:
@@ -109,5 +113,13 @@ def text_of_settings(settings: DriveSettings, controller: str) -> ParameterText:
 
 
 def writable_space(space: SearchSpace, text: ParameterText) -> SearchSpace:
-    """Return the space without the parameters that the text has no place for, such as those of a missing section."""
-    return space.without(frozenset(name for name in space.parameters if not text.accepts(name)))
+    """Return the space without the parameters that the text has no place for, such as those of a missing section.
+
+    A warning names those whose values the text gives to other parameters as well.
+    """
+    refused = {name: error for name in space.parameters if (error := text.refusal(name)) is not None}
+    shared = [name for name, error in refused.items() if isinstance(error, SharedValueError)]
+    if shared:
+        said = "%s: not tuned, as YAML anchors, aliases or sections for several nodes share their values: %s"
+        LOG.warning(said, text.file.params, ", ".join(shared))
+    return space.without(frozenset(refused))

@@ -6,7 +6,7 @@ the registry of the layers, ``params`` holds the options, and ``scan`` turns a s
 """
 
 from gym_mapbench.costmap.denoise_layer import DenoiseLayer
-from gym_mapbench.costmap.filter_mask import FilterMask
+from gym_mapbench.costmap.filter_mask import FILTER_SERVERS, INFO_SERVERS, MASK_SERVERS, FilterMask
 from gym_mapbench.costmap.grid import (
     FREE_SPACE,
     INSCRIBED_INFLATED_OBSTACLE,
@@ -20,18 +20,22 @@ from gym_mapbench.costmap.layer import Layer, LayerContext, LayerEntry, Window
 from gym_mapbench.costmap.layered_costmap import LayeredCostmap, build_static_costmap
 from gym_mapbench.costmap.layers import LAYERS
 from gym_mapbench.costmap.obstacle_layer import OBSERVATION_SOURCE, ObservationSource, ObstacleLayer
-from gym_mapbench.costmap.params import FILTERS, CostmapParams
+from gym_mapbench.costmap.params import COSTMAPS, FILTERS, CostmapParams
 from gym_mapbench.costmap.scan import LaserScan
 from gym_mapbench.costmap.speed_filter import SpeedFilter, SpeedLimit
 from gym_mapbench.costmap.static_layer import StaticLayer, static_costs
 from gym_mapbench.costmap.voxel_layer import VoxelLayer
 
 __all__ = [
+    "COSTMAPS",
     "FILTERS",
+    "FILTER_SERVERS",
     "FREE_SPACE",
+    "INFO_SERVERS",
     "INSCRIBED_INFLATED_OBSTACLE",
     "LAYERS",
     "LETHAL_OBSTACLE",
+    "MASK_SERVERS",
     "NO_INFORMATION",
     "OBSERVATION_SOURCE",
     "Costmap",

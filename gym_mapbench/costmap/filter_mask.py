@@ -18,6 +18,8 @@ from gym_mapbench.quantities import Positive
 from gym_mapbench.settings import Settings
 from gym_mapbench.world.scenario import Pose
 
+INFO_SERVERS, MASK_SERVERS = FILTER_SERVERS = ("filter_info_server", "filter_mask_server")
+"""Ends of the names of nodes that serve costmap filters: those of info servers, and of the masks' map servers."""
 UNKNOWN = -1
 HIGHEST = 100
 RUNS = re.compile(r"(-?\d{1,3}x\d{1,8})( -?\d{1,3}x\d{1,8})*")

@@ -20,6 +20,8 @@ from gym_mapbench.ros_params import refuse_missing
 from gym_mapbench.settings import Settings
 
 BRINGUP_SCAN = ObservationSource(clearing=True, max_obstacle_height=2.0)
+COSTMAPS = ("local_costmap", "global_costmap")
+"""Names of the costmaps, and of their nodes."""
 FILTERS = ("keepout_filters", "speed_filters", "inflation_filters")
 """Options that are saved only if there are filters."""
 ALWAYS_SAVED = ("static_layer", "obstacle_layer", "voxel_layer", "inflation_layer")

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import functools
 import math
-from typing import Literal, NamedTuple
+from typing import Any, Literal, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -162,7 +162,7 @@ class Task:
 
     def standing(self) -> Standing:
         """Return how the episode stands."""
-        return self._standing(*standing_of(self._worlds.tasks, 0))
+        return self._standing(standing_of(self._worlds.tasks, 0))
 
     @property
     def over(self) -> bool:
@@ -176,10 +176,9 @@ class Task:
             touched: What the robot touched during the step, 0 for nothing.
         """
         worlds = self._worlds
-        return self._standing(*judge(worlds.tasks, 0, self._rules, worlds.robots, touched, worlds.grounds, self.field))
+        return self._standing(judge(worlds.tasks, 0, self._rules, worlds.robots, touched, worlds.grounds, self.field))
 
-    def _standing(
-        self, outcome: int, steps: int, reward: float, progress: float, time: float, collision: float, goal: float
-    ) -> Standing:
-        terms = {"progress": progress, "time": time, "collision": collision, "goal": goal}
-        return Standing(OUTCOMES[outcome], steps / self._control_hz, reward, terms)
+    def _standing(self, judged: tuple[Any, ...]) -> Standing:
+        outcome, steps, reward, *terms = judged
+        named = dict(zip(REWARD_TERMS, terms, strict=True))
+        return Standing(OUTCOMES[outcome], steps / self._control_hz, reward, named)

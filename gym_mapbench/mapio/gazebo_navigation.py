@@ -9,14 +9,13 @@ from typing import Any
 
 import yaml
 
+from gym_mapbench.costmap import FILTER_SERVERS
 from gym_mapbench.errors import ConfigError
 from gym_mapbench.mapio.gazebo_trees import tree_ids, tree_with_plugins
 from gym_mapbench.mapio.output import Files, check_names
 from gym_mapbench.mapio.rendering import render
 from gym_mapbench.releases import Release
 
-FILTER_SERVERS = ("filter_info_server", "filter_mask_server")
-"""Ends of the names of the servers of costmap filters."""
 PLUGINS_OF_PATHS = ("goal_checker", "progress_checker", "path_handler")
 """Kinds of plugins of the controller server that a leaf may name, besides the controller."""
 NAVIGATOR = "bt_navigator"

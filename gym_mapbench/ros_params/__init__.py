@@ -18,6 +18,7 @@ from gym_mapbench.ros_params.plugin import (
     since,
     slashed_in_humble,
     take_class,
+    written,
 )
 from gym_mapbench.ros_params.release_settings import ReleaseSettings
 from gym_mapbench.ros_params.section import RELEASE, Section, parameter_names
@@ -60,4 +61,5 @@ __all__ = [
     "take_class",
     "template_names",
     "value_at",
+    "written",
 ]

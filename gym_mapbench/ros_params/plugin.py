@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Iterator, Mapping
 from dataclasses import dataclass, field, replace
 from functools import cached_property
 from typing import Any
@@ -111,6 +111,21 @@ def take_class(group: Section, default: str | None, known: Mapping[str, RosNames
     return name
 
 
+def written(settings: type[Settings], values: Mapping[str, Any]) -> Iterator[tuple[str, Any]]:
+    """Yield the dotted names and values that a file gives: not those without effect with which the file is read anyway.
+
+    Args:
+        settings: The class of the parameters. If some have no effect, its ``unread`` names them or their groups.
+        values: All parameters, nested, in JSON's form.
+    """
+    unread = getattr(settings(**values), "unread", ()) if hasattr(settings, "unread") else ()
+    read = {name: value for name, value in values.items() if name not in unread}
+    filled = dict(leaves(settings(**read).model_dump(mode="json", exclude_none=True))) if unread else {}
+    for name, value in leaves(values):
+        if name.partition(".")[0] in read or filled.get(name) != value:
+            yield name, value
+
+
 def _nothing(group: Section) -> None:
     """Leave a group as it is."""
 
@@ -206,5 +221,5 @@ class RosPlugin:
 
     def write(self, values: Mapping[str, Any], release: Release) -> dict[str, Any]:
         """Return the section that a release reads: the class, and those of the parameters that Nav2 has."""
-        of_nav2 = {name: value for name, value in leaves(values) if name not in self.our_keys}
+        of_nav2 = {name: value for name, value in written(self.params, values) if name not in self.our_keys}
         return {"plugin": self.names[release], **self.arrange(nest_dotted(of_nav2), release)}

@@ -11,9 +11,9 @@ import pytest
 import yaml
 
 from controllers.nav2_params import parse_nav2_params
-from controllers.nav2_params.document import read_document
+from controllers.nav2_params.file.document import read_document
+from controllers.nav2_params.file.yaml_edits import Edits, entries
 from controllers.nav2_params.migration import migrate_file
-from controllers.nav2_params.yaml_edits import Edits, entries
 from tests.oracle_data import DATA, needs_data
 
 RPP = "nav2_regulated_pure_pursuit_controller::RegulatedPurePursuitController"

@@ -12,7 +12,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from controllers.nav2_params import PRESETS, parse_nav2_params, read_nav2_params, robot_of, summarise
-from controllers.nav2_params.document import read_document
+from controllers.nav2_params.file.document import read_document
 from controllers.nav2_params.migration import migrate_file
 from controllers.nav2_params.presets import read_preset
 from gym_mapbench.errors import ConfigError

@@ -6,7 +6,7 @@ import pytest
 import yaml
 
 from controllers.nav2_params import NavigationParams, parse_nav2_params, summarise, write_nav2_params
-from controllers.nav2_params.document import Document
+from controllers.nav2_params.file.document import Document
 from controllers.nav2_params.migration import migrate_file
 from controllers.nav2_params.presets import load_preset
 from gym_mapbench.errors import ConfigError

@@ -15,7 +15,7 @@ from controllers.nav2_params import (
     summarise,
     write_nav2_params,
 )
-from controllers.nav2_params.document import Document
+from controllers.nav2_params.file.document import Document
 from controllers.tree_xml.nodes import NODES
 from evolution import configuration_of
 from evolution.benchmark.parameter_differences import parameter_rows

@@ -81,6 +81,16 @@ def test_a_dropped_map_cannot_name_a_picture_of_the_server(room, tmp_path, besid
         opened(dropped({"map.yaml": named, **beside}))
 
 
+@pytest.mark.parametrize("folder", ["/home/me/maps/", "../", "maps/"])
+def test_a_dropped_picture_counts_in_whatever_folder_the_file_names_it(room, folder):
+    files = map_files(room)
+    named = files["room.yaml"].replace(b"room.pgm", f"{folder}room.pgm".encode())
+    (scene,) = opened(dropped({**files, "room.yaml": named}))
+    assert scenario_of(scene).digest == room.digest
+    with pytest.raises(MapBenchError, match=r"room\.yaml: 'resolution': expected the key once, got it 2 times"):
+        opened(dropped({**files, "room.yaml": named + b"resolution: 0.1\n"}))
+
+
 def test_cells_of_another_size_are_refused(room):
     scene = scene_of(room)
     with pytest.raises(ConfigError, match="cells: expected 2501 cells"):

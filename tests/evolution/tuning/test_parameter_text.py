@@ -5,8 +5,9 @@ from __future__ import annotations
 import pytest
 
 from controllers.nav2_params import read_nav2_params
+from controllers.nav2_params.file.yaml_edits import SharedValueError
 from evolution.driving import ParameterFile
-from evolution.tuning import text_of_file
+from evolution.tuning import ParameterRange, SearchSpace, text_of_file, writable_space
 from tests.controllers.trees import FOLLOW, PLAN, xml_of
 
 RPP = "nav2_regulated_pure_pursuit_controller::RegulatedPurePursuitController"
@@ -94,5 +95,19 @@ def test_a_value_that_a_section_gives_to_both_costmaps_has_no_place(tmp_path, be
     path.write_text(f"{before}/**:\n{SERVER}    {radius}\n    plugins: [inflation_layer]\n")
     file = ParameterFile(params=str(path), nav2="humble")
     own = text_of_file(file, read_nav2_params(path, release="humble"), "FollowPath")
-    assert not own.accepts("local_costmap.inflation_layer.inflation_radius")
-    assert own.accepts("lookahead_dist")
+    assert isinstance(own.refusal("local_costmap.inflation_layer.inflation_radius"), SharedValueError)
+    assert own.refusal("lookahead_dist") is None
+
+
+@pytest.mark.parametrize("given", ["lookahead_dist: *far", "<<: *ahead", "lookahead_dist: &near 0.6"])
+def test_one_line_names_the_parameters_that_are_not_tuned_since_others_share_their_values(tmp_path, caplog, given):
+    path = tmp_path / "nav2_params.yaml"
+    anchors = "distances: &ahead {lookahead_dist: &far 0.6}\n"
+    path.write_text(f"{anchors}controller_server:\n{SERVER.replace('lookahead_dist: 0.6', given)}")
+    read = read_nav2_params(path, release="humble")
+    own = text_of_file(ParameterFile(params=str(path), nav2="humble"), read, "FollowPath")
+    space = {"lookahead_dist": ParameterRange(low=0.3, high=0.9), "lookahead_time": ParameterRange(low=1, high=2)}
+    kept = writable_space(SearchSpace(parameters=space), own)
+    assert list(kept.parameters) == ["lookahead_time"]
+    shared = "YAML anchors, aliases or sections for several nodes share their values"
+    assert caplog.messages == [f"{path}: not tuned, as {shared}: lookahead_dist"]

@@ -13,10 +13,11 @@ from dataclasses import replace
 from itertools import takewhile
 from typing import Any, NamedTuple
 
-from controllers.nav2_params.document import PARAMETERS, written_name
-from controllers.nav2_params.nodes import COSTMAPS, SECTIONS, Node, choose_node
-from controllers.nav2_params.tree_file import TREE_FILES
-from controllers.nav2_params.tree_ids import PORTS
+from controllers.nav2_params.file.document import PARAMETERS, written_name
+from controllers.nav2_params.file.nodes import SECTIONS, Node, choose_node
+from controllers.nav2_params.file.tree import TREE_FILES
+from controllers.nav2_params.file.tree_ids import PORTS
+from gym_mapbench.costmap import COSTMAPS
 from gym_mapbench.errors import ConfigError
 from gym_mapbench.ros_params import Finding, Kind, leaves, nest_dotted, overlay
 
@@ -50,8 +51,7 @@ TELLING: Mapping[str, frozenset[str]] = {
         }
     ),
     "planner_server": frozenset({"GridBased", "expected_planner_frequency", "planner_plugins"}),
-    "local_costmap": _OF_COSTMAPS,
-    "global_costmap": _OF_COSTMAPS,
+    **dict.fromkeys(COSTMAPS, _OF_COSTMAPS),
     "behavior_server": frozenset({"behavior_plugins", "cycle_frequency", "simulate_ahead_time"}),
     "bt_navigator": frozenset(
         {

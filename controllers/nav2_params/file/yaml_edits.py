@@ -11,6 +11,10 @@ import yaml
 from gym_mapbench.errors import ConfigError
 
 
+class SharedValueError(ConfigError):
+    """A value cannot be changed alone, since it counts for other parameters as well."""
+
+
 class Entry(NamedTuple):
     """One parameter of a node.
 
@@ -125,7 +129,7 @@ class Edits:
         is_alias = is_merged(entry.group, entry.key) or start < entry.key.start_mark.index
         if is_alias or self.text[start : start + 1] == "&":
             got = "an alias" if is_alias else "an anchor"
-            raise ConfigError(f"line {entry.line}: {entry.name}: expected a value alone, got {got} of YAML")
+            raise SharedValueError(f"line {entry.line}: {entry.name}: expected a value alone, got {got} of YAML")
 
     def _lines(self, entry: Entry) -> tuple[int, int]:
         """Return where the lines of a parameter in block style begin and end."""

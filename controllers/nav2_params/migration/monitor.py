@@ -13,9 +13,9 @@ from collections.abc import Mapping
 import yaml
 
 from controllers.collision_monitor import ACTION_TYPES, POLYGON_TYPES, SOURCE_TYPES
-from controllers.nav2_params.migration_work import Work, listed, value_of
-from controllers.nav2_params.monitor_section import as_flat, as_text, write_corners
-from controllers.nav2_params.yaml_edits import Entry, as_yaml, entries
+from controllers.nav2_params.file.yaml_edits import Entry, as_yaml, entries
+from controllers.nav2_params.migration.work import Work, listed, value_of
+from controllers.nav2_params.sections.monitor import as_flat, as_text, write_corners
 from gym_mapbench.releases import Release
 
 NODE = "collision_monitor"

@@ -5,18 +5,17 @@ from __future__ import annotations
 from collections.abc import Iterator, Mapping
 from typing import Any, NamedTuple
 
-from controllers.nav2_params import keys
-from controllers.nav2_params.document import PARAMETERS
-from controllers.nav2_params.older import OLD_NODES, modernised
+from controllers.nav2_params.file import keys
+from controllers.nav2_params.file.document import PARAMETERS
+from controllers.nav2_params.file.older import OLD_NODES, modernised
+from gym_mapbench.costmap import COSTMAPS, FILTER_SERVERS
 from gym_mapbench.errors import ConfigError, nearest_name
 from gym_mapbench.ros_params import Findings, Keys, Section
 
-COSTMAPS = ("local_costmap", "global_costmap")
 SECTIONS = (
     "controller_server",
     "planner_server",
-    "local_costmap",
-    "global_costmap",
+    *COSTMAPS,
     "behavior_server",
     "bt_navigator",
     "smoother_server",
@@ -99,6 +98,11 @@ def _refuse_bare(nodes: list[Node]) -> None:
                 raise ConfigError(f"{around.full}: expected a group {PARAMETERS!r} in it, as in ROS{got}")
 
 
+def namespace_of(full: str) -> str:
+    """Return the namespaces in front of the full name of a node, with the last separator."""
+    return full[: max(full.rfind("."), full.rfind("/")) + 1]
+
+
 def is_wildcard(name: str) -> bool:
     """Whether a name stands for several nodes."""
     return "*" in name
@@ -106,12 +110,12 @@ def is_wildcard(name: str) -> bool:
 
 def is_of_nav2(name: str) -> bool:
     """Whether a node is one of Nav2's, or a wildcard that stands for these as well."""
-    return (
-        OLD_NODES.get(name, name) in SECTIONS
-        or name in keys.ROS_ONLY_NODES
-        or name.endswith((*keys.INNER_NODES, *keys.FILTER_NODES))
-        or is_wildcard(name)
-    )
+    return OLD_NODES.get(name, name) in SECTIONS or _is_beside_driving(name) or is_wildcard(name)
+
+
+def _is_beside_driving(name: str) -> bool:
+    """Whether a node is one of Nav2's that has no part in driving itself."""
+    return name in keys.ROS_ONLY_NODES or name.endswith((*keys.INNER_NODES, *FILTER_SERVERS))
 
 
 def find_sections(nodes: list[Node], findings: Findings) -> dict[str, Section]:
@@ -166,7 +170,7 @@ def _open(node: Node, findings: Findings) -> Section:
 
 def _leave(node: Node, findings: Findings, missing: set[str]) -> None:
     """List a node that is not read; refuse it if it looks like a misspelt section that is missing."""
-    known = _is_known(node.name)
+    known = _is_beside_driving(node.name) or any(part in node.name for part in keys.LOCALISATION)
     near = None if known else nearest_name(node.name, missing, MISSPELT_NODE)
     if near:
         raise ConfigError(f"{node.full}: unknown section; did you mean {near!r}?")
@@ -182,15 +186,6 @@ def _leave_second(node: Node, other: Node, findings: Findings) -> None:
         findings.add("unused", node.full, f"a second section for {node.section}")
     else:
         findings.add("left_out", node.full, f"a second section for {node.section}; {other.full} counts")
-
-
-def _is_known(name: str) -> bool:
-    """Whether a node of this name is known to have no part in driving."""
-    return (
-        name in keys.ROS_ONLY_NODES
-        or name.endswith((*keys.INNER_NODES, *keys.FILTER_NODES))
-        or any(part in name for part in keys.LOCALISATION)
-    )
 
 
 def _serves_ros(group: Mapping[Any, Any] | None) -> bool:

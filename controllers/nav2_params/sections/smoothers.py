@@ -7,11 +7,11 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 
-from controllers.nav2_params import keys
+from controllers.nav2_params.file import keys
+from controllers.nav2_params.file.tree_ids import OWN_TREE
 from controllers.nav2_params.navigation import DEFAULT_SMOOTHER
 from controllers.nav2_params.plugin_settings import SmootherPlugin
 from controllers.nav2_params.plugins import SMOOTHERS, names_in_ros
-from controllers.nav2_params.tree_ids import OWN_TREE
 from controllers.tree_xml.needs import named_smoothers
 from controllers.tree_xml.nodes import TreeNode
 from gym_mapbench.errors import ConfigError

@@ -6,11 +6,11 @@ from collections.abc import Collection, Iterable, Sequence
 
 import yaml
 
-from controllers.nav2_params.controllers_section import HANDLER_LIST
-from controllers.nav2_params.migration_work import ControllerGroup, Part, Work, children, controllers_in
-from controllers.nav2_params.nodes import is_wildcard
-from controllers.nav2_params.wildcards import told_sections
-from controllers.nav2_params.yaml_edits import Entry
+from controllers.nav2_params.file.nodes import is_wildcard
+from controllers.nav2_params.file.wildcards import told_sections
+from controllers.nav2_params.file.yaml_edits import Entry
+from controllers.nav2_params.migration.work import ControllerGroup, Part, Work, children, controllers_in
+from controllers.nav2_params.sections.controllers import HANDLER_LIST
 from gym_mapbench.errors import ConfigError
 
 Nodes = tuple[str, ...]

@@ -8,16 +8,8 @@ from typing import Any
 import yaml
 
 from controllers.descriptor import Nav2Controller
-from controllers.nav2_params.migration_work import (
-    ControllerGroup,
-    Work,
-    asks,
-    critic_of,
-    listed,
-    placed,
-    tell_awakened,
-)
-from controllers.nav2_params.yaml_edits import Entry, as_yaml
+from controllers.nav2_params.file.yaml_edits import Entry, as_yaml
+from controllers.nav2_params.migration.work import ControllerGroup, Work, asks, critic_of, listed, placed, tell_awakened
 from controllers.rotation_shim.plugin import PRIMARY
 
 

@@ -8,7 +8,8 @@ from __future__ import annotations
 from collections.abc import Mapping
 from typing import NamedTuple
 
-from controllers.nav2_params.signs import OF_CLASSES
+from controllers.nav2_params.file.keys import CODES, ENDING, PREFIXES
+from controllers.nav2_params.file.signs import OF_CLASSES
 from gym_mapbench.releases import RELEASES, Release
 
 
@@ -56,7 +57,6 @@ SINCE_JAZZY = (
 )
 """Names of Humble and of releases before it."""
 FROM_LYRICAL = Rename("controller_server", "*.max_linear_vel", "desired_linear_vel", sources=("lyrical",))
-CODES, PREFIXES, ENDING = "error_code_names", "error_code_name_prefixes", "_error_code"
 RENAMES: Mapping[Release, tuple[Rename, ...]] = {
     "humble": (
         *SINCE_HUMBLE,
@@ -105,7 +105,6 @@ UNKNOWN: Mapping[Release, Mapping[str, tuple[str, ...]]] = {
 """Release -> node -> keys that mean nothing there."""
 OVERTAKEN: Mapping[Release, Mapping[str, str]] = {"humble": {"global_frame": "local_frame"}}
 """Release -> key of the behaviour server that is taken out -> the key that then gets its name."""
-TREE_PLUGINS = "plugin_lib_names"
 RESPELT = frozenset({"planner_server", "behavior_server", "recoveries_server", "bt_navigator"})
 """Nodes whose plugins' classes are written with ``/`` in Humble and with ``::`` since Jazzy."""
 RESPELT_PACKAGES = (*OF_CLASSES, "nav2_bt_navigator")

@@ -24,19 +24,11 @@ ROS_ONLY_NODES = frozenset(
     }
 )
 """Nodes that have no part in driving to a pose with the default tree; the robot knows its pose here."""
-
 LOCALISATION = ("amcl", "ekf", "localization", "slam", "ukf")
 """Parts of the names of nodes that localise the robot, which knows its pose here."""
-
-FILTER_NODES = ("filter_info_server", "filter_mask_server")
-"""Ends of the names of nodes that serve costmap filters: those of info servers, and of the masks' map servers."""
-
 INNER_NODES = ("_client", "_rclcpp_node")
 """Ends of the names of nodes that Nav2's servers have for their own use."""
-
 FRAMES = frozenset({"global_frame", "local_frame", "robot_base_frame", "transform_tolerance"})
-
-
 CONTROLLER_SERVER = Keys(
     ros_only=frozenset(
         {
@@ -81,6 +73,8 @@ BEHAVIOR_SERVER = Keys(
     },
     elsewhere={"transform_timeout": "an older name of transform_tolerance"},
 )
+CODES, PREFIXES, ENDING = "error_code_names", "error_code_name_prefixes", "_error_code"
+"""The error codes that the navigator reports, Lyrical's without their ending."""
 BT_NAVIGATOR = Keys(
     ros_only=FRAMES
     | {
@@ -91,8 +85,8 @@ BT_NAVIGATOR = Keys(
         "default_nav_through_poses_bt_xml",
         "default_server_timeout",
         "enable_groot_monitoring",
-        "error_code_name_prefixes",
-        "error_code_names",
+        CODES,
+        PREFIXES,
         "filter_duration",
         "goal_blackboard_id",
         "goals_blackboard_id",

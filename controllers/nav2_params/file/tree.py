@@ -9,8 +9,7 @@ from functools import partial
 from os.path import isfile
 from pathlib import Path
 
-from controllers.nav2_params.document import PARAMETERS
-from controllers.nav2_params.migration_rules import TREE_PLUGINS
+from controllers.nav2_params.file.document import PARAMETERS
 from controllers.tree_xml.includes import TreeText, read_text
 from controllers.tree_xml.labels import TreeError
 from controllers.tree_xml.needs import plugin_names
@@ -30,6 +29,7 @@ DEFAULT_TREES = tuple(
     f"nav2_bt_navigator{end}/behavior_trees/navigate_to_pose_w_replanning_and_recovery.xml" for end in (")", "")
 )
 """Ends of the path of Nav2's default tree, with ``$(find-pkg-share ..)`` and in full."""
+TREE_PLUGINS = "plugin_lib_names"
 OF_LIBRARIES = "nav2_"
 """Beginning of the names of the libraries with Nav2's nodes."""
 PACKAGE = re.compile(r"\$\(find-pkg-share\s+\S+\)/")

@@ -4,10 +4,10 @@ from __future__ import annotations
 
 import yaml
 
-from controllers.nav2_params.migration_work import Work, children, tell_awakened, values_in
+from controllers.nav2_params.file.yaml_edits import entries
+from controllers.nav2_params.migration.work import Work, children, tell_awakened, values_in
 from controllers.nav2_params.navigation import DEFAULT_SMOOTHER
 from controllers.nav2_params.plugins import SMOOTHERS, names_in_ros
-from controllers.nav2_params.yaml_edits import entries
 from gym_mapbench.ros_params import known_class
 from gym_mapbench.smoothers.simple import HUMBLES_REFINEMENTS
 

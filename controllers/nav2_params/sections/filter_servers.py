@@ -10,16 +10,14 @@ from collections.abc import Mapping
 from dataclasses import dataclass, field
 from pathlib import Path
 
-from controllers.nav2_params.document import PARAMETERS
-from controllers.nav2_params.keys import FILTER_NODES, INFO_SERVER, MASK_SERVER
-from controllers.nav2_params.nodes import Node
-from gym_mapbench.costmap import FilterMask
+from controllers.nav2_params.file.document import PARAMETERS
+from controllers.nav2_params.file.keys import INFO_SERVER, MASK_SERVER
+from controllers.nav2_params.file.nodes import Node
+from gym_mapbench.costmap import INFO_SERVERS, MASK_SERVERS, FilterMask
 from gym_mapbench.errors import ConfigError, MapFormatError
 from gym_mapbench.mapio import read_occupancy
 from gym_mapbench.ros_params import Findings, Section
 from gym_mapbench.settings import Settings
-
-INFO_SERVERS, MASK_SERVERS = FILTER_NODES
 
 
 class LeftOutError(Exception):

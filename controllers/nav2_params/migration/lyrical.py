@@ -13,20 +13,12 @@ import yaml
 
 from controllers.mppi.motion_model import BLOCKS, CLASSES, CONSTRAINTS, KEY, MODELS, RADIUS
 from controllers.mppi.release_tables import HANDLED as HANDLED_OF_MPPI
-from controllers.nav2_params.controllers_section import HANDLER_LIST, TREES_CHOICE
-from controllers.nav2_params.migration_work import (
-    OWN_OF_SHIM,
-    ControllerGroup,
-    Work,
-    children,
-    listed,
-    placed,
-    value_of,
-)
+from controllers.nav2_params.file.yaml_edits import Entry, entries
+from controllers.nav2_params.migration.work import ControllerGroup, Work, children, listed, placed, value_of
 from controllers.nav2_params.plugins import CONTROLLERS, SHIMS
-from controllers.nav2_params.yaml_edits import Entry, entries
+from controllers.nav2_params.sections.controllers import HANDLER_LIST, TREES_CHOICE
 from controllers.path_handler import PATH_HANDLER_ID, PATH_HANDLERS, PathHandler
-from controllers.rotation_shim.plugin import PRIMARY
+from controllers.rotation_shim.plugin import OWN_OF_SHIM, PRIMARY
 from controllers.rpp.plugin import TURNING
 
 _SEARCH = "max_robot_pose_search_dist"

@@ -10,7 +10,7 @@ from collections.abc import Mapping
 from dataclasses import dataclass, field
 from typing import NamedTuple
 
-from controllers.nav2_params.tree_file import NAVIGATOR, TREE_FILE, TreeFile
+from controllers.nav2_params.file.tree import NAVIGATOR, TREE_FILE, TreeFile
 from controllers.tree_xml.needs import plugin_names
 from gym_mapbench.errors import ConfigError
 from gym_mapbench.ros_params import Section

@@ -9,18 +9,13 @@ from typing import Any, NamedTuple
 import yaml
 
 from controllers.descriptor import Nav2Controller
+from controllers.nav2_params.file.yaml_edits import Edits, Entry, as_yaml, entries
 from controllers.nav2_params.plugins import CONTROLLERS, SHIMS, controller_kind
-from controllers.nav2_params.yaml_edits import Edits, Entry, as_yaml, entries
 from controllers.parameters import SettingsWithCritics
-from controllers.rotation_shim.plugin import OWN_KEYS as SHIM_KEYS
-from controllers.rotation_shim.plugin import PRIMARY
-from controllers.rpp.plugin import TURNING
+from controllers.rotation_shim.plugin import OWN_OF_SHIM, PRIMARY
 from gym_mapbench.errors import ConfigError
 from gym_mapbench.releases import Release
 from gym_mapbench.ros_params import RosPlugin, nest_dotted
-
-OWN_OF_SHIM = frozenset({*SHIM_KEYS, *TURNING.values(), "plugin"})
-"""Parameters that the Rotation Shim itself reads."""
 
 
 class Part(NamedTuple):

@@ -15,18 +15,11 @@ from controllers.checkers import (
     ProgressChecker,
 )
 from controllers.mppi.release_tables import HANDLED
-from controllers.nav2_params import keys
+from controllers.nav2_params.file import keys
+from controllers.nav2_params.file.tree_ids import CONTROLLER, GOAL_CHECKER, PATH_HANDLER, PROGRESS_CHECKER, TreeIds
 from controllers.nav2_params.navigation import ControllerServer
 from controllers.nav2_params.plugin_settings import ControllerPlugin
-from controllers.nav2_params.plugins import (
-    CONTROLLERS,
-    controller_kind,
-    is_shim,
-    names_in_ros,
-    primary_class,
-    strays,
-)
-from controllers.nav2_params.tree_ids import CONTROLLER, GOAL_CHECKER, PATH_HANDLER, PROGRESS_CHECKER, TreeIds
+from controllers.nav2_params.plugins import CONTROLLERS, controller_kind, is_shim, names_in_ros, primary_class, strays
 from controllers.path_handler import PATH_HANDLER_ID, PATH_HANDLER_KEYS, PATH_HANDLERS, PathHandler
 from controllers.rotation_shim.plugin import PRIMARY, unfold
 from gym_mapbench.errors import ConfigError

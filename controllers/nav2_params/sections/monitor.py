@@ -17,7 +17,7 @@ from controllers.collision_monitor import (
     MonitorSource,
     VelocityRange,
 )
-from controllers.nav2_params.keys import COLLISION_MONITOR, MONITOR_POLYGON, MONITOR_SOURCE
+from controllers.nav2_params.file.keys import COLLISION_MONITOR, MONITOR_POLYGON, MONITOR_SOURCE
 from gym_mapbench.errors import ConfigError
 from gym_mapbench.releases import Release
 from gym_mapbench.ros_params import Keys, Section

@@ -6,9 +6,9 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any
 
-from controllers.nav2_params.filter_servers import FilterServers, InfoServer, LeftOutError, same_topic
-from controllers.nav2_params.keys import KEEPOUT_FILTER, SPEED_FILTER
+from controllers.nav2_params.file.keys import KEEPOUT_FILTER, SPEED_FILTER
 from controllers.nav2_params.plugins import COSTMAP_LAYERS
+from controllers.nav2_params.sections.filter_servers import FilterServers, InfoServer, LeftOutError, same_topic
 from gym_mapbench.costmap import CostmapParams, KeepoutFilter, SpeedFilter
 from gym_mapbench.costmap.keepout_filter import HIGHEST_OVERRIDE
 from gym_mapbench.errors import ConfigError

@@ -9,8 +9,8 @@ from collections.abc import Iterable, Iterator, Mapping
 from fnmatch import fnmatchcase
 from typing import NamedTuple
 
-from controllers.nav2_params.document import PARAMETERS
-from controllers.nav2_params.nodes import Node, is_wildcard
+from controllers.nav2_params.file.document import PARAMETERS
+from controllers.nav2_params.file.nodes import Node, is_wildcard
 from controllers.nav2_params.plugins import CONTROLLERS, controller_kind
 from gym_mapbench.errors import ConfigError
 from gym_mapbench.releases import RELEASES, Release

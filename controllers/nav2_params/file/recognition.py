@@ -5,9 +5,9 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import dataclass
 
-from controllers.nav2_params.nodes import Node
-from controllers.nav2_params.signs import DRIVES, IGNORED, STARTS, Sign, marks_of, signs_of
-from controllers.nav2_params.wildcards import share
+from controllers.nav2_params.file.nodes import Node
+from controllers.nav2_params.file.signs import DRIVES, IGNORED, STARTS, Sign, marks_of, signs_of
+from controllers.nav2_params.file.wildcards import share
 from gym_mapbench.errors import ConfigError
 from gym_mapbench.releases import RELEASES, Release
 

@@ -9,7 +9,7 @@ from pathlib import Path
 
 import yaml
 
-from controllers.nav2_params.yaml_edits import is_merged
+from controllers.nav2_params.file.yaml_edits import is_merged
 from gym_mapbench.errors import ConfigError
 from gym_mapbench.files.documents import MAX_VALUES, parse_yaml, read_document_text
 from gym_mapbench.ros_params import fill_templates, first_unreadable, no_value
@@ -151,3 +151,17 @@ def _aliased(node: yaml.Node, prefix: str) -> Iterator[tuple[str, bool]]:
         if is_merged(node, key) or min(places) < key.start_mark.index:
             yield name, isinstance(value, yaml.ScalarNode)
         yield from _aliased(value, f"{name}.")
+
+
+def parameter_groups(group: yaml.Node, prefix: str) -> Iterator[tuple[str, yaml.ScalarNode, yaml.MappingNode]]:
+    """Yield the full name, the key and the parameters of every node."""
+    if not isinstance(group, yaml.MappingNode):
+        return
+    for key, value in group.value:
+        if not isinstance(value, yaml.MappingNode) or not isinstance(key, yaml.ScalarNode):
+            continue
+        inner = [below for name, below in value.value if name.value == PARAMETERS]
+        if inner and isinstance(inner[0], yaml.MappingNode):
+            yield f"{prefix}{key.value}", key, inner[0]
+        if key.value != PARAMETERS:
+            yield from parameter_groups(value, f"{prefix}{key.value}.")

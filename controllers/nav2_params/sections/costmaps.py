@@ -6,9 +6,9 @@ from collections.abc import Collection, Mapping
 from dataclasses import dataclass, field
 from typing import Any
 
-from controllers.nav2_params.filters_section import FiltersFound
-from controllers.nav2_params.keys import COSTMAP
+from controllers.nav2_params.file.keys import COSTMAP
 from controllers.nav2_params.plugins import COSTMAP_LAYERS, names_in_ros, stand_in
+from controllers.nav2_params.sections.filters import FiltersFound
 from gym_mapbench.costmap import FILTERS, LAYERS, OBSERVATION_SOURCE, CostmapParams
 from gym_mapbench.costmap.inflation_layer import LEGACY, adapt_legacy
 from gym_mapbench.errors import ConfigError
