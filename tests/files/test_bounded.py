@@ -189,8 +189,8 @@ def test_archives_are_refused_before_they_are_unpacked(tmp_path, monkeypatch):
     data[data.index(b"PK\x01\x02") + 8] |= 1
     (tmp_path / "key.zip").write_bytes(data)
     assert "not encrypted" in refusal(model_data, tmp_path / "key.zip")
-    archive(tmp_path / "crc.zip", zipfile.ZIP_STORED, data="{}")
-    (tmp_path / "crc.zip").write_bytes((tmp_path / "crc.zip").read_bytes().replace(b"{}", b"[]", 1))
+    stored = archive(tmp_path / "crc.zip", zipfile.ZIP_STORED, data='{"steps": 1}').read_bytes()
+    (tmp_path / "crc.zip").write_bytes(stored.replace(b'{"steps": 1}', b'{"steps": 2}'))
     assert "cannot be read as an archive" in refusal(model_data, tmp_path / "crc.zip")
     assert "expected an array" in refusal(read_npz, archive(tmp_path / "a.npz", **{"a.npy": "no array"}), 0.05)
 
