@@ -36,7 +36,8 @@ def note_errors(path: str | Path) -> None:
         reasons, runs = results.errors(), len(results)
     delete = "DELETE FROM results WHERE json_extract(result, '$.outcome') = 'error'"
     command = f'sqlite3 {shlex.quote(str(store))} "{delete}"'
-    note_reasons(reasons, runs, f"--resume does not repeat them. To repeat them, delete them first: {command}")
+    changed = "--resume repeats them once code of your own that they ran has changed."
+    note_reasons(reasons, runs, f"{changed} To repeat them as they are, delete them first: {command}")
 
 
 def note_reasons(reasons: Sequence[str], runs: int, how_to_repeat: str) -> None:

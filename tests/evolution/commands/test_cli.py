@@ -218,7 +218,7 @@ def test_errors_are_listed_under_the_table(tmp_path, capsys):
     said = capsys.readouterr()
     assert said.out.count("office/raises: ValueError: the costmap is upside down, fake_runs.py") == 1
     assert "2 of 4 runs ended in an error" in said.err
-    assert "To repeat them, delete them first: sqlite3" in said.err
+    assert "To repeat them as they are, delete them first: sqlite3" in said.err
 
 
 @pytest.mark.usefixtures("fake_robot")
