@@ -8,6 +8,7 @@ from types import SimpleNamespace
 import pytest
 
 from gym_mapbench.mapio.gazebo import export_gazebo
+from gym_mapbench.mapio.gazebo_package import SIMULATORS
 from tests.mapio.fake_ros import install, load
 from tests.mapio.test_gazebo import OPTIONS, PARAMS, navigation, thesis_scenario
 
@@ -35,12 +36,14 @@ def load_launch(monkeypatch, folder, simulator="gz", headless="true"):
     return load(folder / "launch" / "benchmark.launch.py", "exported_launch")
 
 
-@pytest.mark.parametrize("simulator", ["classic", "gz"])
+@pytest.mark.parametrize(
+    ("bundle", "simulator"),
+    [(release, simulator) for release, simulators in SIMULATORS.items() for simulator in simulators],
+    indirect=["bundle"],
+)
 @pytest.mark.parametrize("headless", ["true", "false"])
 def test_the_launch_file_starts_simulator_robot_and_nav2(bundle, monkeypatch, simulator, headless):
     maps, folder, release = bundle
-    if release != "humble" and simulator == "classic":
-        pytest.skip("there is none since Jazzy")
     launch = load_launch(monkeypatch, folder, simulator, headless)
     *declared, function = launch.generate_launch_description()
     choices = {name: fields.get("choices") for name, fields in declared}
