@@ -6,6 +6,7 @@ import re
 import subprocess
 import sys
 from pathlib import Path
+from pkgutil import resolve_name
 
 import pytest
 
@@ -113,3 +114,28 @@ def test_inner_rooms_are_entered_by_their_face(room):
     sources = [path for folder in (*PACKAGES, "tests", "benchmarks") for path in (ROOT / folder).rglob("*.py")]
     outside = [path for path in sources if not set(inside) & set(path.parents)]
     assert not [path for path in outside if deep.search(path.read_text(encoding="utf-8"))]
+
+
+def names_in(path: Path) -> set[str]:
+    """Return the full names that the docstrings of a file refer to."""
+    return set(re.findall(rf":\w+:`~?((?:{'|'.join(PACKAGES)})\.[\w.]+)`", path.read_text(encoding="utf-8")))
+
+
+def found(name: str) -> object:
+    """Return what has a full name; None if nothing has it."""
+    try:
+        return resolve_name(name)
+    except (AttributeError, ImportError):
+        return None
+
+
+def is_there(name: str) -> bool:
+    """Whether a full name is one of a module, or of something in it; a field of a class counts as well."""
+    owner, _, field = name.rpartition(".")
+    return found(name) is not None or field in getattr(found(owner), "__annotations__", {})
+
+
+def test_docstrings_refer_to_what_is_there():
+    names = set().union(*(names_in(path) for package in PACKAGES for path in (ROOT / package).rglob("*.py")))
+    assert len(names) > 100
+    assert [name for name in sorted(names) if not is_there(name)] == []

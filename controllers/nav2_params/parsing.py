@@ -107,7 +107,7 @@ def parse_nav2_params(
     listed, not refused.
 
     Args:
-        document: The content of the YAML file, or the whole :class:`~controllers.nav2_params.document.Document`.
+        document: The content of the YAML file, or the whole :class:`~controllers.nav2_params.file.document.Document`.
         preset: Provides the sections that are missing as a whole, except ``IN_NO_PRESET``, and the kinds of
             controllers that are not configured; None for the defaults of Nav2's code and no further controllers.
         release: The distribution; None to recognise it.
